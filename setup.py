@@ -1,0 +1,5 @@
+"""Build of the optional compiled core; everything else stands in pyproject.toml."""
+
+from setuptools import setup
+
+setup()

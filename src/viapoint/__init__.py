@@ -1,0 +1,1 @@
+"""viapoint: a robot programming language with its compiler, virtual machine and motion kernel."""

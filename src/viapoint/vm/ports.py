@@ -1,0 +1,216 @@
+"""What the virtual machine needs of the world: two protocols and the calls that pass through them.
+
+The machine knows no robot. It hands *calls* (motions and path actions, in program order, in the
+language's own units: mm, deg, s) to a `MotionPort` and reads the outside world through a `WorldPort`.
+Anything that implements both can run a program: the motion kernel, or the printer of canonical calls
+that the golden tests use.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, unique
+from typing import Protocol
+
+
+@unique
+class MotionKind(Enum):
+    """The five motion commands, by their word in the language."""
+
+    LINE = "ML"
+    JOINT = "MJ"
+    CIRCLE = "MC"
+    SPLINE = "MS"
+    HOME = "HOME"
+
+
+@unique
+class SpeedKind(Enum):
+    """How a programmed speed is to be read: generic, of the TCP (mm/s), of its orientation (deg/s)."""
+
+    GENERIC = "F"
+    LINEAR = "FC"
+    ANGULAR = "FA"
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """A programmed speed, in mm/s or deg/s as its kind and the motion decide."""
+
+    kind: SpeedKind
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """Where a motion goes, as programmed: a point of the cell, or coordinates, or joints.
+
+    `point` is the index of a point of the cell; otherwise `coordinates` holds the programmed ones of
+    X Y Z A B C (mm, deg; a missing key keeps the previous value), and `joints` those of J1… (deg or mm).
+    With a point or coordinates, `joints` are the reference values of an MJ.
+    """
+
+    point: int | None = None
+    coordinates: tuple[tuple[str, float], ...] = ()
+    joints: tuple[tuple[int, float], ...] = ()
+    auxiliary: tuple[tuple[int, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """One motion statement with the modal state of its place."""
+
+    line: int
+    kind: MotionKind
+    target: Target
+    via: Target | None = None  # MC only
+    speed: Speed | None = None  # None: the cell's default
+    frame: int = 0
+    tool: int = 0
+    angle: float | None = None  # H of MC, deg
+    round_edge: float | None = None  # R, mm (deg between joint moves); None: not programmed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetOutput:
+    """SET DO n / RESET DO n, effective where the path gets to its place."""
+
+    line: int
+    index: int
+    value: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SelectTool:
+    """T n: the active tool from here on."""
+
+    line: int
+    tool: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dwell:
+    """WAIT s: exact stop, then stand for `seconds`."""
+
+    line: int
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RaiseM:
+    """M n. `synchronous`: exact stop first; the machine then waits for the reset itself."""
+
+    line: int
+    index: int
+    synchronous: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Track:
+    """TRK n (0: off)."""
+
+    line: int
+    conveyor: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tangent:
+    """TANG 1 [H] / TANG 0; offset in deg."""
+
+    line: int
+    on: bool
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Barrier:
+    """Exact stop of the path here; the machine resumes in the tick in which the path has arrived."""
+
+    line: int
+    reason: str  # the statement that reads, as the user would name it: "IF DI3", "WAIT DI 2", "M 5"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class End:
+    """The program is over here; nothing follows."""
+
+    line: int
+
+
+Call = Motion | SetOutput | SelectTool | Dwell | RaiseM | Track | Tangent | Barrier | End
+
+
+class MotionPort(Protocol):
+    """Takes calls in program order."""
+
+    def submit(self, call: Call) -> bool:
+        """Accept `call`, or answer False and change nothing: no room now, submit it again later."""
+        ...
+
+
+class WorldPort(Protocol):
+    """The outside world, read only after a barrier (or ahead, where the program says so)."""
+
+    def read_input(self, index: int, *, line: int, ahead: bool) -> bool:
+        """Digital input `index`. Every read is traced as an event with its line."""
+        ...
+
+    def read_output(self, index: int, *, line: int, ahead: bool) -> bool:
+        """Present state of digital output `index`."""
+        ...
+
+    def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
+        """Flag of M function `index`: True while raised."""
+        ...
+
+    def m_is_synchronous(self, index: int) -> bool:
+        """How the cell declares M function `index`."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class BufferFull:
+    """The motion buffer had no room; resume when a slot is free."""
+
+
+@dataclass(frozen=True, slots=True)
+class AtBarrier:
+    """A barrier was submitted; resume in the tick in which the path has arrived there."""
+
+    line: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class AwaitInput:
+    """WAIT DI n, the path has arrived and the input is still false; resume each tick it may have changed."""
+
+    line: int
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class AwaitReset:
+    """A synchronous M was submitted; resume when its flag has been raised and reset."""
+
+    line: int
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """END of the main program was executed and submitted."""
+
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """The program cannot go on: a catalogue code, its message, and the line."""
+
+    line: int
+    code: str
+    message: str
+
+
+Suspension = BufferFull | AtBarrier | AwaitInput | AwaitReset | Ended | Failed
