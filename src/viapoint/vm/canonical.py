@@ -1,0 +1,182 @@
+"""The canonical-call printer: runs a program with no robot at all and prints every call, one per line.
+
+The golden tests of the language read its output. Motion takes no time and every barrier is reached at
+once; the world answers from a script.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import assert_never
+
+from viapoint.vm.machine import Machine
+from viapoint.vm.ports import (
+    AtBarrier,
+    AwaitInput,
+    AwaitReset,
+    Barrier,
+    BufferFull,
+    Call,
+    Dwell,
+    End,
+    Ended,
+    Failed,
+    Motion,
+    RaiseM,
+    SelectTool,
+    SetOutput,
+    Tangent,
+    Target,
+    Track,
+)
+from viapoint.vm.program import Program
+
+CALL_LIMIT = 10_000
+"""Calls after which an endless program is cut off."""
+
+
+def _target(target: Target, point: str) -> str:
+    words = [] if target.point is None else [f"{point}{target.point}"]
+    prefix = "Q" if point == "Q" else ""
+    words += [f"{prefix}{axis}={value:.3f}" for axis, value in target.coordinates]
+    words += [f"J{axis}={value:.3f}" for axis, value in target.joints]
+    words += [f"E{axis}={value:.3f}" for axis, value in target.auxiliary]
+    return " ".join(words)
+
+
+def _motion(call: Motion) -> str:
+    words = [call.kind.value, _target(call.target, "P")]
+    if call.via is not None:
+        words.append(_target(call.via, "Q"))
+    words.append("F-" if call.speed is None else f"{call.speed.kind.value}{call.speed.value:.3f}")
+    words += [f"Z{call.frame}", f"T{call.tool}"]
+    if call.angle is not None:
+        words.append(f"H{call.angle:.3f}")
+    if call.round_edge is not None:
+        words.append(f"R{call.round_edge:.3f}")
+    return " ".join(word for word in words if word)
+
+
+def describe(call: Call) -> str:
+    """One call as one line of text with three fixed decimals, its source line in front."""
+    match call:
+        case Motion():
+            text = _motion(call)
+        case SetOutput():
+            text = f"{'SET' if call.value else 'RESET'} DO{call.index}"
+        case SelectTool():
+            text = f"TOOL {call.tool}"
+        case Dwell():
+            text = f"DWELL {call.seconds:.3f}"
+        case RaiseM():
+            text = f"RAISE M{call.index} {'sync' if call.synchronous else 'async'}"
+        case Track():
+            text = f"TRACK {call.conveyor}"
+        case Tangent():
+            text = f"TANGENT {'on' if call.on else 'off'} {call.offset:.3f}"
+        case Barrier():
+            text = f"BARRIER {call.reason}"
+        case End():
+            text = "END"
+        case _:
+            assert_never(call)
+    return f"{call.line:4d} {text}"
+
+
+@dataclass(slots=True)
+class ScriptedWorld:
+    """A world that answers from a script and notes every read.
+
+    `inputs` holds per digital input the values of its successive reads, the last one for ever (an input
+    not named is false); `asynchronous` the M functions that the cell declares so.
+    """
+
+    inputs: Mapping[int, Sequence[bool]] = field(default_factory=dict)
+    asynchronous: frozenset[int] = frozenset()
+    log: list[str] = field(default_factory=list)
+    outputs: dict[int, bool] = field(default_factory=dict)
+    flags: dict[int, bool] = field(default_factory=dict)
+    _reads: dict[int, int] = field(default_factory=dict)
+
+    def _note(self, line: int, signal: str, value: bool, ahead: bool) -> bool:
+        self.log.append(f"{line:4d} {signal} is {'true' if value else 'false'}{' ahead' if ahead else ''}")
+        return value
+
+    def read_input(self, index: int, *, line: int, ahead: bool) -> bool:
+        """The next scripted value."""
+        values = self.inputs.get(index) or (False,)
+        turn = self._reads.get(index, 0)
+        self._reads[index] = turn + 1
+        return self._note(line, f"DI{index}", values[min(turn, len(values) - 1)], ahead)
+
+    def read_output(self, index: int, *, line: int, ahead: bool) -> bool:
+        """What the program has set."""
+        return self._note(line, f"DO{index}", self.outputs.get(index, False), ahead)
+
+    def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
+        """Raised by an asynchronous M; a synchronous one is reset at once."""
+        return self._note(line, f"M{index}", self.flags.get(index, False), ahead)
+
+    def m_is_synchronous(self, index: int) -> bool:
+        """As the script says; synchronous otherwise."""
+        return index not in self.asynchronous
+
+    def hopeless(self, index: int) -> bool:
+        """Whether no later read of this input can be true."""
+        values = self.inputs.get(index) or (False,)
+        return not any(values[self._reads.get(index, 0) :]) and not values[-1]
+
+
+@dataclass(slots=True)
+class CanonicalPort:
+    """A motion port that prints what it is given and performs it at once.
+
+    `refuse_every` n: each n-th submission is refused once, as a full buffer would.
+    """
+
+    world: ScriptedWorld
+    calls: list[Call] = field(default_factory=list)
+    refuse_every: int = 0
+    _submissions: int = 0
+
+    def submit(self, call: Call) -> bool:
+        """Take `call`, unless it is this submission's turn to be refused."""
+        self._submissions += 1
+        if self.refuse_every and self._submissions % self.refuse_every == 0:
+            return False
+        self.calls.append(call)
+        self.world.log.append(describe(call))
+        if isinstance(call, SetOutput):
+            self.world.outputs[call.index] = call.value
+        elif isinstance(call, RaiseM):
+            self.world.flags[call.index] = not call.synchronous
+        return True
+
+
+def run_canonical(
+    program: Program,
+    world: ScriptedWorld | None = None,
+    *,
+    refuse_every: int = 0,
+    call_limit: int = CALL_LIMIT,
+) -> list[str]:
+    """Run `program` to its end and return its canonical calls and reads, one line each."""
+    world = world or ScriptedWorld()
+    port = CanonicalPort(world, refuse_every=refuse_every)
+    machine = Machine(program, port, world)
+    while len(world.log) < call_limit:
+        outcome = machine.run()
+        match outcome:
+            case BufferFull() | AtBarrier() | AwaitReset():
+                continue
+            case AwaitInput(line=line, index=index):
+                if world.hopeless(index):
+                    return [*world.log, f"{line:4d} STUCK DI{index}"]
+            case Ended():
+                return world.log
+            case Failed(line=line, code=code, message=message):
+                return [*world.log, f"{line:4d} {code} {message}"]
+            case _:
+                assert_never(outcome)
+    return [*world.log[:call_limit], f"     cut off after {call_limit} lines"]
