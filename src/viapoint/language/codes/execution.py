@@ -1,0 +1,9 @@
+"""Catalogue entries of execution (E4xx)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from viapoint.language.codes.entry import Entry
+
+ENTRIES: Final[tuple[Entry, ...]] = ()

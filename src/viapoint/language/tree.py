@@ -1,0 +1,282 @@
+"""The tree of a program: one node per statement, in the order of the text.
+
+Nodes are immutable tuples with names: a program of 100,000 lines is built in a fraction of a second
+and stays small. Blocks are not nested here: IF, ELSEIF, ELSE and ENDIF are statements of their own,
+so that one bad line never hides the errors of others; the compiler nests them.
+
+Every statement begins with `line` (from 1), `start`, `end` (character offsets). Parameters and
+conditions keep no absolute place: see `parameter_spans` in `lexical.py`, `condition_span` below.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
+
+from viapoint.language.source import Source, Span
+
+
+class Layout(NamedTuple):
+    """What a motion statement is made of, without its numbers; statements share equal layouts.
+
+    `codes` are the parameters' codes as written, upper case, in order, with `=` where it is written:
+    P, Q, X=, QX=, F, FC, Z (frame), Z= (coordinate), J1=, E1= … Checks and lowering that depend on the
+    codes alone can be done once per layout.
+    """
+
+    command: str
+    codes: tuple[str, ...]
+
+
+class Motion(NamedTuple):
+    """ML, MJ, MC, MS, HOME. `values[i]` belongs to `layout.codes[i]`; indices (P Q Z T) are int."""
+
+    line: int
+    start: int
+    end: int
+    layout: Layout
+    values: tuple[float, ...]
+
+    @property
+    def command(self) -> str:
+        """ML, MJ, MC, MS or HOME."""
+        return self.layout.command
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Values by code, in the order written."""
+        return dict(zip(self.layout.codes, self.values, strict=True))
+
+
+class SelectTool(NamedTuple):
+    """T n."""
+
+    line: int
+    start: int
+    end: int
+    tool: int
+
+
+class Track(NamedTuple):
+    """TRK n; 0 ends tracking."""
+
+    line: int
+    start: int
+    end: int
+    conveyor: int
+
+
+class Tangent(NamedTuple):
+    """TANG 1 [H], TANG 0. `offset` in deg."""
+
+    line: int
+    start: int
+    end: int
+    on: int
+    offset: float
+
+
+class Wait(NamedTuple):
+    """WAIT s."""
+
+    line: int
+    start: int
+    end: int
+    seconds: float
+
+
+class WaitInput(NamedTuple):
+    """WAIT DI n."""
+
+    line: int
+    start: int
+    end: int
+    input: int
+
+
+class SetOutput(NamedTuple):
+    """SET DO n (`value` True), RESET DO n (False)."""
+
+    line: int
+    start: int
+    end: int
+    output: int
+    value: bool
+
+
+class MFunction(NamedTuple):
+    """M n."""
+
+    line: int
+    start: int
+    end: int
+    function: int
+
+
+class Number(NamedTuple):
+    """A number in a condition, constants folded."""
+
+    start: int
+    end: int
+    value: float
+
+
+class Signal(NamedTuple):
+    """DIn, DOn or Mn in a condition. `kind` is DI, DO or M."""
+
+    start: int
+    end: int
+    kind: str
+    number: int
+
+
+class Compare(NamedTuple):
+    """A comparison of two numbers; `operator` is one of = <> < <= > >=."""
+
+    start: int
+    end: int
+    operator: str
+    left: Number
+    right: Number
+
+
+class Not(NamedTuple):
+    """NOT operand."""
+
+    start: int
+    end: int
+    operand: Condition
+
+
+class And(NamedTuple):
+    """Two or more operands, flat: a AND b AND c is one node."""
+
+    start: int
+    end: int
+    operands: tuple[Condition, ...]
+
+
+class Or(NamedTuple):
+    """Two or more operands, flat."""
+
+    start: int
+    end: int
+    operands: tuple[Condition, ...]
+
+
+Condition: TypeAlias = Signal | Compare | Not | And | Or
+"""Offsets of condition nodes count from the start of their statement."""
+
+
+class If(NamedTuple):
+    """IF c."""
+
+    line: int
+    start: int
+    end: int
+    condition: Condition
+
+
+class ElseIf(NamedTuple):
+    """ELSEIF c, ELSE IF c."""
+
+    line: int
+    start: int
+    end: int
+    condition: Condition
+
+
+class Else(NamedTuple):
+    """ELSE."""
+
+    line: int
+    start: int
+    end: int
+
+
+class EndIf(NamedTuple):
+    """ENDIF."""
+
+    line: int
+    start: int
+    end: int
+
+
+class Goto(NamedTuple):
+    """GOTO L [n]. `label` as written here; compare with `name_key`."""
+
+    line: int
+    start: int
+    end: int
+    label: str
+    times: int | None
+
+
+class Sub(NamedTuple):
+    """SUB L [n]."""
+
+    line: int
+    start: int
+    end: int
+    label: str
+    times: int | None
+
+
+class End(NamedTuple):
+    """END."""
+
+    line: int
+    start: int
+    end: int
+
+
+class Label(NamedTuple):
+    """NAME: — `start`, `end` cover the name without the colon. A statement may follow on its line."""
+
+    line: int
+    start: int
+    end: int
+    name: str
+
+
+Statement: TypeAlias = (
+    Motion
+    | SelectTool
+    | Track
+    | Tangent
+    | Wait
+    | WaitInput
+    | SetOutput
+    | MFunction
+    | If
+    | ElseIf
+    | Else
+    | EndIf
+    | Goto
+    | Sub
+    | End
+    | Label
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Program:
+    """A parsed program; statements with errors are left out (their diagnostics are not)."""
+
+    source: Source
+    statements: tuple[Statement, ...]
+
+
+def statement_span(statement: Statement) -> Span:
+    """Place of a statement, without its label, comment and surrounding blanks."""
+    return Span(statement.start, statement.end)
+
+
+def name_key(name: str) -> str:
+    """What names are compared by: they are case-insensitive."""
+    return name.upper()
+
+
+def condition_span(statement: If | ElseIf, node: Condition | Number) -> Span:
+    """Absolute place of a node of `statement`'s condition."""
+    return Span(statement.start + node.start, statement.start + node.end)
