@@ -49,7 +49,8 @@ def matrix_to_abc(R: Floats) -> Floats:
     c_angle = np.where(locked, 0.0, np.arctan2(R[..., 1, 0], R[..., 0, 0]))
     cc, sc = np.cos(c_angle), np.sin(c_angle)
     a_angle = np.arctan2(sc * R[..., 0, 2] - cc * R[..., 1, 2], cc * R[..., 1, 1] - sc * R[..., 0, 1])
-    return np.stack((a_angle, np.arctan2(-R[..., 2, 0], cos_b), c_angle), axis=-1)
+    abc = np.stack((a_angle, np.arctan2(-R[..., 2, 0], cos_b), c_angle), axis=-1)
+    return abc + 0.0  # no negative zeros
 
 
 def matrix_to_quaternion(R: Floats) -> Floats:

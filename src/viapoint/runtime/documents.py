@@ -1,0 +1,286 @@
+"""TOML files checked against a schema: all errors at once, each with its key path and line.
+
+Shared by cell, robot and scenario files; it knows the content of none of them. A schema is a pydantic
+model made of `viapoint.runtime.tables.Table`; pydantic itself is imported only where one is checked.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum, unique
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
+
+from viapoint.language.diagnostics import Diagnostic, sort_key
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+    from pydantic_core import ErrorDetails
+
+Key = tuple[str | int, ...]
+
+
+@unique
+class Fault(IntEnum):
+    """What can be wrong with a file; the last digit of its code."""
+
+    UNREADABLE = 0
+    SYNTAX = 1
+    UNKNOWN_KEY = 2
+    MISSING_KEY = 3
+    TYPE = 4
+    DOMAIN = 5
+    LENGTH = 6
+    DUPLICATE = 7
+    REFERENCE = 8
+    CONTRADICTION = 9
+
+
+CELL_CODES = "E27"
+SCENARIO_CODES = "E29"
+
+
+class DocumentError(Exception):
+    """A file that cannot be used; `diagnostics` holds every reason."""
+
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        self.diagnostics = tuple(sorted(diagnostics, key=sort_key))
+        super().__init__("\n".join(f"{d.file}:{d.line or 1}: {d.code} {d.message}" for d in self.diagnostics))
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A parsed TOML file: name and text as given, its data, and the line of every key."""
+
+    name: str
+    text: str
+    codes: str  # the code's letter and first two digits
+    data: dict[str, Any]
+    lines: Mapping[Key, int]
+
+    def line(self, key: Key) -> int:
+        """Line of the key, or of the nearest table around it."""
+        while key and key not in self.lines:
+            key = key[:-1]
+        return self.lines.get(key, 1)
+
+    def fault(self, fault: Fault, key: Key, message: str, hint: str | None = None) -> Diagnostic:
+        """A diagnostic at a key of this file."""
+        return Diagnostic(
+            code=f"{self.codes}{fault.value}",
+            message=message,
+            file=self.name,
+            line=self.line(key),
+            key=dotted(key),
+            hint=hint,
+        )
+
+
+def dotted(key: Key) -> str:
+    """A key path as the user would write it: `tools[0].xyz`."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in key)
+    return text.removeprefix(".")
+
+
+def read_document(path: Path, codes: str) -> Document:
+    """Read and parse a file. Raises DocumentError: unreadable, not UTF-8, not TOML."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        reason = error.strerror or str(error)
+    except UnicodeDecodeError as error:
+        reason = f"it is not UTF-8 (byte {error.start})"
+    else:
+        return parse_document(str(path), text, codes)
+    message = f"cannot read {path}: {reason}"
+    raise DocumentError(
+        [Diagnostic(code=f"{codes}{Fault.UNREADABLE.value}", message=message, file=str(path))]
+    )
+
+
+def parse_document(name: str, text: str, codes: str) -> Document:
+    """Parse TOML text. Raises DocumentError with the line of the syntax error."""
+    try:
+        data = tomllib.loads(text)
+    except RecursionError:
+        message, line = "values are nested too deeply", 1
+    except ValueError as error:  # TOMLDecodeError, and integers too long for Python
+        found = re.search(r"\(at line (\d+)", str(error))
+        line = int(found[1]) if found else text.count("\n") + 1
+        message = re.sub(r" \(at .*\)$", "", str(error))
+    else:
+        return Document(name, text, codes, data, key_lines(text))
+    code = f"{codes}{Fault.SYNTAX.value}"
+    raise DocumentError([Diagnostic(code=code, message=f"not valid TOML: {message}", file=name, line=line)])
+
+
+# --- lines of keys -----------------------------------------------------------------------------------
+
+_PART = r"""(?:"[^"\n]*"|'[^'\n]*'|[A-Za-z0-9_-]+)"""
+_DOTTED = rf"{_PART}(?:[ \t]*\.[ \t]*{_PART})*"
+_HEADER = re.compile(rf"[ \t]*(\[\[?)[ \t]*({_DOTTED})[ \t]*\]")
+_ASSIGNMENT = re.compile(rf"[ \t]*({_DOTTED})[ \t]*=")
+# What matters inside a value: strings and comments, which hide brackets, and the brackets.
+_TOKEN = re.compile(
+    r'"""(?:\\.|[^\\])*?"{3,5}|'
+    + r"'''.*?'{3,5}"
+    + r'|"(?:\\.|[^"\\\n])*"'
+    + r"|'[^'\n]*'|#[^\n]*|[\[\]{}\n]",
+    re.S,
+)
+
+
+def key_lines(text: str) -> dict[Key, int]:
+    """Line (from 1) of each table header and of each key at the start of a line, of valid TOML."""
+    lines: dict[Key, int] = {}
+    counts: dict[Key, int] = {}
+    table: Key = ()
+    position, line = 0, 1
+    while position < len(text):
+        if header := _HEADER.match(text, position):
+            table = _resolve(_parts(header[2]), counts, new=len(header[1]) == 2)
+            lines.setdefault(table, line)
+        elif assignment := _ASSIGNMENT.match(text, position):
+            path = table
+            for part in _parts(assignment[1]):
+                path = (*path, part)
+                lines.setdefault(path, line)
+        end = _statement_end(text, position)
+        line += text.count("\n", position, end)
+        position = end
+    return lines
+
+
+def _parts(text: str) -> list[str]:
+    return [part.strip("\"'") for part in re.findall(_PART, text)]
+
+
+def _resolve(parts: list[str], counts: dict[Key, int], *, new: bool) -> Key:
+    """Key path of a table header, with the index of every array of tables on the way."""
+    path: Key = ()
+    for depth, part in enumerate(parts):
+        path = (*path, part)
+        if new and depth == len(parts) - 1:
+            counts[path] = counts.get(path, -1) + 1
+        if path in counts:
+            path = (*path, counts[path])
+    return path
+
+
+def _statement_end(text: str, position: int) -> int:
+    """Offset after the line end that closes the statement beginning at `position`."""
+    depth = 0
+    header = _HEADER.match(text, position)
+    for token in _TOKEN.finditer(text, header.end() if header else position):
+        match token[0]:
+            case "[" | "{":
+                depth += 1
+            case "]" | "}":
+                depth -= 1
+            case "\n" if depth <= 0:
+                return token.end()
+            case _:
+                pass
+    return len(text)
+
+
+# --- checking against a schema -----------------------------------------------------------------------
+
+
+_Model = TypeVar("_Model", bound="BaseModel")
+
+
+def check(document: Document, schema: type[_Model]) -> tuple[_Model | None, list[Diagnostic]]:
+    """The validated model, or None, and everything that is wrong."""
+    from pydantic import ValidationError
+
+    try:
+        return schema.model_validate(document.data), []
+    except ValidationError as error:
+        return None, [_diagnostic(document, schema, details) for details in error.errors(include_url=False)]
+
+
+# pydantic's error type, by prefix → fault and what the value should have been; {…} is its context.
+_FAULTS: tuple[tuple[str, Fault, str], ...] = (
+    ("finite_number", Fault.DOMAIN, "a finite number"),
+    ("greater_than_equal", Fault.DOMAIN, "at least {ge:g}"),
+    ("greater_than", Fault.DOMAIN, "greater than {gt:g}"),
+    ("less_than_equal", Fault.DOMAIN, "at most {le:g}"),
+    ("less_than", Fault.DOMAIN, "less than {lt:g}"),
+    ("literal_error", Fault.DOMAIN, "{expected}"),
+    ("too_short", Fault.LENGTH, "{min_length} values"),
+    ("too_long", Fault.LENGTH, "{max_length} values"),
+    ("float", Fault.TYPE, "a number"),
+    ("int", Fault.TYPE, "a whole number"),
+    ("bool", Fault.TYPE, "true or false"),
+    ("string", Fault.TYPE, "a text"),
+    ("list", Fault.TYPE, "a list"),
+    ("dict", Fault.TYPE, "a table"),
+    ("model", Fault.TYPE, "a table"),
+)
+
+
+def _diagnostic(document: Document, schema: type[BaseModel], details: ErrorDetails) -> Diagnostic:
+    key, kind = details["loc"], details["type"]
+    name = dotted(key)
+    if kind == "missing":
+        return document.fault(Fault.MISSING_KEY, key, f"the key {name} is missing")
+    if kind == "extra_forbidden":
+        return unknown_key(document, key, _keys_allowed(schema, key[:-1]))
+    for prefix, fault, wanted in _FAULTS:
+        if kind.startswith(prefix):
+            wanted = wanted.format(**details.get("ctx", {}))
+            return document.fault(
+                fault, key, f"{name} must be {wanted}, not {_shown(details['input'], fault)}"
+            )
+    return document.fault(Fault.DOMAIN, key, f"{name}: {details['msg']}")
+
+
+def unknown_key(document: Document, key: Key, allowed: Iterable[str]) -> Diagnostic:
+    """The diagnostic of a key nobody knows, with the nearest known one."""
+    last, allowed = str(key[-1]), list(allowed)
+    near = difflib.get_close_matches(last, allowed, n=1)
+    hint = f"did you mean `{near[0]}`?" if near else f"known here: {', '.join(sorted(allowed))}"
+    return document.fault(Fault.UNKNOWN_KEY, key, f"unknown key {dotted(key)}", hint)
+
+
+def _shown(value: Any, fault: Fault) -> str:
+    """A wrong value as a message shows it: as it is, or only its kind or length."""
+    if fault is Fault.LENGTH:
+        return str(len(value))
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case int() | float():
+            return f"{value:.12g}" if abs(value) < 1e300 or value != value else str(value)[:12]
+        case str():
+            return f'"{value}"' if len(value) <= 40 else f'"{value[:37]}..."'
+        case list():
+            return "a list"
+        case dict():
+            return "a table"
+        case _:
+            return f"a {type(value).__name__}"
+
+
+def _keys_allowed(schema: type[BaseModel], path: Key) -> list[str]:
+    """Keys of the table that stands at `path` of the schema."""
+    here = schema
+    for part in path:  # indices of lists and free keys of tables lead no deeper into the schema
+        if part in here.model_fields:
+            inner = _table_in(here.model_fields[str(part)].annotation)
+            here = inner if inner is not None else here
+    return list(here.model_fields)
+
+
+def _table_in(annotation: Any) -> type[BaseModel] | None:
+    """The table that a field holds: itself, optional, or in a list or a mapping."""
+    from pydantic import BaseModel
+
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next((table for each in get_args(annotation) if (table := _table_in(each)) is not None), None)

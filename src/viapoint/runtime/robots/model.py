@@ -1,0 +1,225 @@
+"""What a robot is to the rest of the runtime: its kinematics, limits and joint solutions. Immutable.
+
+One `Robot` serves every family; the formulas stand in the module of the family, behind `Kinematics`.
+Metres and radians; poses are of the flange in the robot's base. Tools, frames and where the robot
+stands in its cell are not known here.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+TURN = 2.0 * np.pi
+# A joint standing on the end of its range, up to the rounding of degrees and of the IK, is inside it.
+RANGE_TOLERANCE = 1e-9
+# Solutions closer than this (rad or m) are one: what rounding leaves of a double root.
+SAME_SOLUTION = 1e-7
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointLimits:
+    """Per joint, (n,) each: range in rad or m, and the magnitudes of its first three derivatives."""
+
+    lower: Floats
+    upper: Floats
+    speed: Floats
+    acceleration: Floats
+    jerk: Floats
+
+    def contain(self, q: Floats) -> Bools:
+        """(..., n) → (..., n): which joints are inside their range."""
+        inside: Bools = (q >= self.lower - RANGE_TOLERANCE) & (q <= self.upper + RANGE_TOLERANCE)
+        return inside
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IkSolutions:
+    """Every branch of the inverse kinematics: q (..., b, n), valid (..., b). Invalid rows mean nothing."""
+
+    q: Floats
+    valid: Bools
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """One way to stand at a pose: joints (n,), the index of its configuration and its names."""
+
+    joints: Floats
+    configuration: int
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SingularityReport:
+    """How far joints are from each singularity (0: at it; units are the family's), which they are at."""
+
+    measures: Mapping[str, float]
+    singular: tuple[str, ...]
+
+
+class Kinematics(Protocol):
+    """The formulas of one robot of a family. Shapes as in `Robot`, whose methods say what they mean."""
+
+    @property
+    def configurations(self) -> tuple[tuple[str, ...], ...]: ...
+    def fk(self, q: Floats) -> Floats: ...
+    def jacobian(self, q: Floats) -> Floats: ...
+    def link_points(self, q: Floats) -> Floats: ...
+    def ik(self, X: Floats, reference: Floats | None = None) -> IkSolutions: ...
+    def ik_branch(self, X: Floats, configuration: int | Ints, reference: Floats) -> tuple[Floats, Bools]: ...
+    def free_joint(self, X: Floats, q: Floats) -> Bools: ...
+    def configuration(self, q: Floats) -> Ints: ...
+    def singularity(self, q: Floats) -> SingularityReport: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Robot:
+    """A robot: name, family, kinematics, limits; `prismatic` (n,) marks the joints in metres.
+
+    `coupling` (n, n) relates the motors to the joints (F 3-16, 4-34): joints = coupling · motors.
+    """
+
+    name: str
+    family: str
+    kinematics: Kinematics
+    limits: JointLimits
+    prismatic: Bools
+    coupling: Floats
+    body_radius: Floats | None = None  # (k,) m, of the capsule along each link of the wire frame
+    joint_count: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "joint_count", len(self.prismatic))
+
+    def with_limits(self, limits: JointLimits) -> Robot:
+        """The same robot under other limits."""
+        return replace(self, limits=limits)
+
+    def fk(self, q: npt.ArrayLike) -> Floats:
+        """Forward kinematics: q (..., n) → X_base_flange (..., 4, 4)."""
+        return self.kinematics.fk(np.asarray(q, dtype=np.float64))
+
+    def jacobian(self, q: npt.ArrayLike) -> Floats:
+        """(..., n) → (..., 6, n): the flange's twist in the base frame per joint speed, linear rows first."""
+        return self.kinematics.jacobian(np.asarray(q, dtype=np.float64))
+
+    def link_points(self, q: npt.ArrayLike) -> Floats:
+        """(..., n) → (..., k, 3) m: the wire frame, from the base to the flange, in the base frame."""
+        return self.kinematics.link_points(np.asarray(q, dtype=np.float64))
+
+    def ik(self, X_base_flange: Floats) -> IkSolutions:
+        """(..., 4, 4) → every branch, principal values −π … π, joint ranges ignored.
+
+        Valid rows are distinct. Where a joint is free (a singular pose) a branch shows one of its
+        infinitely many solutions.
+        """
+        return self.kinematics.ik(X_base_flange)
+
+    def ik_branch(
+        self, X_base_flange: Floats, configuration: int | Ints, reference: Floats
+    ) -> tuple[Floats, Bools]:
+        """One branch: (N, 4, 4), index or (N,), reference (n,) or (N, n) → q (N, n), reachable (N,).
+
+        Every revolute joint takes the turn nearest to the reference. At a singular pose the free joint
+        keeps the reference's value and the others make up for it. Unreachable rows mean nothing.
+        """
+        q, reachable = self.kinematics.ik_branch(X_base_flange, configuration, reference)
+        q += np.where(self.prismatic, 0.0, TURN * np.rint((reference - q) / TURN))
+        return q, reachable
+
+    def ik_path(self, X_base_flange: Floats, configuration: int, start: Floats) -> tuple[Floats, Bools]:
+        """One branch along the rows of a path: as `ik_branch`, each row's reference the row before it.
+
+        `start` (n,) is the reference of the first row.
+        """
+        q, reachable = self.ik_branch(X_base_flange, configuration, start)
+        q = self._without_turns(q, start)
+        held = np.flatnonzero(self.kinematics.free_joint(X_base_flange, q))
+        for row in held:  # rare: the path stands on a singularity
+            before = q[row - 1] if row else start
+            q[row], _ = (
+                part[0] for part in self.ik_branch(X_base_flange[row : row + 1], configuration, before)
+            )
+        return (self._without_turns(q, start) if len(held) else q), reachable
+
+    def _without_turns(self, q: Floats, start: Floats) -> Floats:
+        """(N, n) with jumps of full turns between the rows, and before the first, taken out."""
+        steps = np.diff(q, axis=0, prepend=start[None])
+        turns = np.cumsum(np.rint(steps / TURN), axis=0)
+        result: Floats = q - np.where(self.prismatic, 0.0, TURN * turns)
+        return result
+
+    def solutions(self, X_base_flange: Floats, *, reference: Floats | None = None) -> list[Solution]:
+        """Every solution inside the joint ranges for one pose (4, 4), full turns included.
+
+        With a reference (n,) the nearest comes first, joint distances in units of each joint's speed limit,
+        and the free joints of a singular pose keep the reference's values.
+        """
+        branches = self.kinematics.ik(X_base_flange, reference)
+        result: list[Solution] = []
+        principal: list[Floats] = []
+        for index in np.flatnonzero(branches.valid).tolist():
+            q = branches.q[index]
+            if any(np.abs(q - other).max() < SAME_SOLUTION for other in principal):
+                continue  # at a singular pose branches meet
+            principal.append(q)
+            names = self.configuration_names(index)
+            result += (Solution(joints, index, names) for joints in self._turns_inside(q))
+        if reference is not None:
+            result.sort(key=lambda solution: self.distance(solution.joints, reference))
+        return result
+
+    def _turns_inside(self, q: Floats) -> list[Floats]:
+        """All joint vectors that differ from q by full turns and lie in the ranges."""
+        lower, upper = self.limits.lower - RANGE_TOLERANCE, self.limits.upper + RANGE_TOLERANCE
+        turn = np.where(self.prismatic, 0.0, TURN)
+        counts = [
+            range(int(np.ceil((a - value) / TURN)), int(np.floor((b - value) / TURN)) + 1)
+            if revolute
+            else (0,)
+            for a, b, value, revolute in zip(lower, upper, q, ~self.prismatic, strict=True)
+        ]
+        candidates = (q + turn * np.array(turns) for turns in itertools.product(*counts))
+        return [joints for joints in candidates if self.limits.contain(joints).all()]
+
+    def distance(self, a: Floats, b: Floats) -> float:
+        """Length of the joint move from a to b (n,), every joint in units of its speed limit: s."""
+        return float(np.linalg.norm((a - b) / self.limits.speed))
+
+    def configuration(self, q: npt.ArrayLike) -> Ints:
+        """(..., n) → (...) index of the branch that `ik_branch` must be given to come back to q."""
+        return self.kinematics.configuration(np.asarray(q, dtype=np.float64))
+
+    def configuration_names(self, index: int) -> tuple[str, ...]:
+        """The family's names of a configuration, such as FRONT, UP, POSITIVE."""
+        return self.kinematics.configurations[index]
+
+    def singularity(self, q: npt.ArrayLike) -> SingularityReport:
+        """Which singularities the joints (n,) stand at, and how far they are from each."""
+        return self.kinematics.singularity(np.asarray(q, dtype=np.float64))
+
+    def manipulability(self, q: npt.ArrayLike) -> Floats:
+        """(..., n) → (...) Yoshikawa's measure √det(J·Jᵀ); 0 where a direction is lost."""
+        J = self.jacobian(q)
+        measure: Floats = np.sqrt(np.maximum(np.linalg.det(J @ np.swapaxes(J, -1, -2)), 0.0))
+        return measure
+
+    def motors_to_joints(self, motors: npt.ArrayLike) -> Floats:
+        """(..., n) motor angles seen at the joints → (..., n) joints (F 3-16, 3-17)."""
+        joints: Floats = np.asarray(motors, dtype=np.float64) @ self.coupling.T
+        return joints
+
+    def joints_to_motors(self, q: npt.ArrayLike) -> Floats:
+        """(..., n) joints → (..., n) motors (F 4-34, 4-35)."""
+        joints = np.asarray(q, dtype=np.float64)[..., None]
+        return np.asarray(np.linalg.solve(self.coupling, joints)[..., 0], dtype=np.float64)
