@@ -191,7 +191,7 @@ def unpack(data: bytes) -> Program:
         labels=_labels(readers[b"LABL"]),
         spans=_spans(readers[b"SPAN"]),
         source_hash=readers[b"HASH"].take(_HASH_SIZE),
-        source_text=source and source.text(len(sections[_SOURCE_TAG])),
+        source_text=None if source is None else source.text(len(sections[_SOURCE_TAG])),
     )
     readers[b"CODE"].take(len(sections[b"CODE"]))
     for reader in readers.values():

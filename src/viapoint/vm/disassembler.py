@@ -47,16 +47,16 @@ def _meaning(program: Program, one: Decoded) -> str:
 
 def _motion(program: Program, one: Decoded) -> str:
     number, base = one.operands
-    codes = parse_shape(program.shapes[number]).codes
-    values = program.numbers[base : base + len(codes)]
-    return " ".join(f"{code}{value:g}" for code, value in zip(codes, values, strict=True))
+    shape = parse_shape(one.instruction, program.shapes[number])
+    values = program.numbers[base : base + len(shape.keys)]
+    return " ".join(f"{key}{value:.12g}" for key, value in zip(shape.keys, values, strict=True))
 
 
 def _operand(program: Program, kind: Operand, value: int) -> str:
     """What an operand refers to, where it refers to something."""
     match kind:
         case Operand.NUMBER:
-            return f"{program.numbers[value]:g}"
+            return f"{program.numbers[value]:.12g}"
         case Operand.TEXT:
             return program.texts[value]
         case Operand.LABEL:

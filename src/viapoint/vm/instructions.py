@@ -13,12 +13,6 @@ from dataclasses import dataclass
 from enum import Enum, unique
 from typing import NamedTuple
 
-INDEX_LIMIT = 2**31 - 1
-"""Largest index of a point, signal, tool, frame, …: fits every operand and is exact as a number."""
-
-COUNT_LIMIT = 2**31 - 1
-"""Largest count of a GOTO or SUB."""
-
 
 @unique
 class Operand(Enum):

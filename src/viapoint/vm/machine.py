@@ -158,8 +158,8 @@ class Machine:
 
     def _words(self, decoded: Decoded) -> MotionWords:
         number, base = decoded.operands
-        shape = parse_shape(self._program.shapes[number])
-        values = self._program.numbers[base : base + len(shape.codes)]
+        shape = parse_shape(decoded.instruction, self._program.shapes[number])
+        values = self._program.numbers[base : base + len(shape.keys)]
         return motion_words(decoded.instruction, shape, values)
 
     def _submit(self, call: Call) -> Suspension | None:

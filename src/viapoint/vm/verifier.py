@@ -11,10 +11,9 @@ from collections import deque
 from operator import lt
 from typing import assert_never
 
+from viapoint.language.commands import MAX_INDEX, MAX_TIMES, NOT_NEGATIVE, REAL
 from viapoint.vm.container import unpack
 from viapoint.vm.instructions import (
-    COUNT_LIMIT,
-    INDEX_LIMIT,
     MOTIONS,
     SIZES,
     Decoded,
@@ -34,10 +33,8 @@ STACK_LIMIT = 256
 LINE_LIMIT = 2**31 - 1
 """Largest line or column number in a span."""
 
-_NUMBER_DOMAINS: dict[Instruction, tuple[float, str]] = {
-    Instruction.DWELL: (0.0, "a time below zero"),
-}
-"""Smallest number an instruction takes, and what a smaller one is."""
+_NUMBER_DOMAINS = {Instruction.DWELL: NOT_NEGATIVE}
+"""Domain of an instruction's number where it is not any number."""
 
 
 def load(data: bytes) -> Program:
@@ -115,9 +112,9 @@ def _in_range(program: Program, kind: Operand, value: int, by_address: dict[int,
         case Operand.TARGET:
             return value in by_address
         case Operand.COUNT:
-            return 1 <= value <= COUNT_LIMIT
+            return 1 <= value <= MAX_TIMES
         case Operand.INPUT | Operand.OUTPUT | Operand.M | Operand.TOOL | Operand.CONVEYOR:
-            return value <= INDEX_LIMIT
+            return value <= MAX_INDEX
         case Operand.FLAG | Operand.AHEAD:
             return value <= 1
         case _:
@@ -127,25 +124,22 @@ def _in_range(program: Program, kind: Operand, value: int, by_address: dict[int,
 def _check_motion(program: Program, one: Decoded) -> None:
     number, base = one.operands
     try:
-        shape = parse_shape(program.shapes[number])
-        shape.check(one.instruction)
+        shape = parse_shape(one.instruction, program.shapes[number])
     except ShapeError as error:
         raise ProgramFileError("E256", _at(one, str(error))) from None
-    values = program.numbers[base : base + len(shape.codes)]
-    if len(values) < len(shape.codes):
+    values = program.numbers[base : base + len(shape.keys)]
+    if len(values) < len(shape.keys):
         raise ProgramFileError("E256", _at(one, "its numbers are out of range"))
-    for code, domain, value in zip(shape.codes, shape.domains, values, strict=True):
-        if not domain.holds(value):
-            raise ProgramFileError("E256", _at(one, f"{code} is {value}, not {domain.value}"))
+    for row, value in zip(shape.parameters, values, strict=True):
+        if not row.domain.holds(value):
+            raise ProgramFileError("E256", _at(one, f"{row.shown} is {value}, not {row.domain.text}"))
 
 
 def _check_number(program: Program, one: Decoded) -> None:
     value = program.numbers[one.operand(Operand.NUMBER)]
-    least, name = _NUMBER_DOMAINS.get(one.instruction, (float("-inf"), ""))
-    if not abs(value) < float("inf"):
-        raise ProgramFileError("E256", _at(one, "its number is not finite"))
-    if value < least:
-        raise ProgramFileError("E256", _at(one, name))
+    domain = _NUMBER_DOMAINS.get(one.instruction, REAL)
+    if not domain.holds(value):
+        raise ProgramFileError("E256", _at(one, f"its number is {value}, not {domain.text}"))
 
 
 def _check_repeat(program: Program, one: Decoded) -> None:

@@ -4,6 +4,161 @@ from __future__ import annotations
 
 from typing import Final
 
-from viapoint.language.codes.entry import Entry
+from viapoint.language.codes.entry import Entry, Example, entry
 
-ENTRIES: Final[tuple[Entry, ...]] = ()
+ENTRIES: Final[tuple[Entry, ...]] = (
+    entry(
+        "E201",
+        "unknown label",
+        """GOTO and SUB name a label of the same program. No line declares this one. Labels are compared
+        without regard to case.""",
+        "LOOP:\nML P1 F100\nGOTO LOPO\n",
+    ),
+    entry(
+        "E202",
+        "label declared twice",
+        """A jump must have one target, so every label stands once. Rename one of the two; names differing in
+        case only are the same.""",
+        "A:\nML P1 F100\na:\nGOTO A\n",
+    ),
+    entry(
+        "E203",
+        "GOTO with a count goes forward",
+        """A count says how often the lines between the label and the GOTO run in all, so the label stands
+        above the GOTO. A jump down takes no count.""",
+        "GOTO NEXT 3\nML P1 F100\nNEXT:\n",
+    ),
+    entry(
+        "E204",
+        "jump into a block",
+        """The label stands inside a branch of an IF, and the GOTO or SUB outside of it: the condition would
+        be passed by. Jump to a label outside, or move the label.""",
+        "GOTO INSIDE\nIF DI1\nINSIDE:\nML P1 F100\nENDIF\n",
+    ),
+    entry(
+        "E205",
+        "IF without ENDIF",
+        """Every IF is closed by an ENDIF on a line of its own. The place shown is the IF that is still open
+        at the end of the program.""",
+        "IF DI1\nML P1 F100\n",
+    ),
+    entry(
+        "E206",
+        "ELSE or ELSEIF without IF",
+        """ELSE and ELSEIF begin a branch of an IF above them. None is open here: the IF is missing, or an
+        ENDIF stands too early.""",
+        "ELSE\nML P1 F100\n",
+    ),
+    entry(
+        "E207",
+        "ENDIF without IF",
+        """ENDIF closes an IF above it. None is open here: the IF is missing, or it has been closed already.""",
+        "ML P1 F100\nENDIF\n",
+    ),
+    entry(
+        "E208",
+        "branch behind ELSE",
+        """ELSE takes whatever no condition above took, so it is the last branch of its IF and stands once.
+        No ELSEIF may follow it.""",
+        "IF DI1\nELSE\nELSEIF DI2\nENDIF\n",
+    ),
+    entry(
+        "E209",
+        "HOME while tracking",
+        """HOME is a joint move to a place in the room; between TRK n and TRK 0 the robot moves with the
+        belt. End tracking first.""",
+        "MJ P1 F50\nTRK 1\nHOME\nTRK 0\n",
+    ),
+    entry(
+        "E210",
+        "condition nested too deep",
+        """Conditions may nest to a depth of 100 levels. A condition that needs more cannot be read either:
+        drop parentheses and double NOTs.""",
+        "IF " + "NOT " * 101 + "DI1\nENDIF\n",
+    ),
+    entry(
+        "E211",
+        "joint references on a joint-space point",
+        """J parameters beside a point choose one of the joint configurations that reach its pose. A point
+        that was taught in joint space has one configuration only: leave the J parameters out.""",
+        Example(
+            program="MJ P1 J1=90 F50\n",
+            cell='[robot]\nmodel = "frigeni6"\n\n[points]\nP1 = { j = [0, 0, 0, 0, 0, 0] }\n',
+        ),
+    ),
+    entry(
+        "E220",
+        "undefined point",
+        "The cell file has no such point. Teach it, add it under [points], or correct the index.",
+        Example(
+            program="ML P2 F100\n",
+            cell='[robot]\nmodel = "frigeni6"\n\n[points]\nP1 = { j = [0, 0, 0, 0, 0, 0] }\n',
+        ),
+    ),
+    entry(
+        "E221",
+        "undefined frame",
+        """The cell file has no such frame. Add it under [[frames]] or correct the index; Z0, the robot base,
+        always exists.""",
+        Example(
+            program="ML P1 F100 Z3\n",
+            cell='[robot]\nmodel = "frigeni6"\n\n[points]\nP1 = { j = [0, 0, 0, 0, 0, 0] }\n',
+        ),
+    ),
+    entry(
+        "E222",
+        "undefined tool",
+        """The cell file has no such tool. Add it under [[tools]] or correct the index; 0, no tool, always
+        exists.""",
+        Example(
+            program="T 4\nML P1 F100\n",
+            cell='[robot]\nmodel = "frigeni6"\n\n[points]\nP1 = { j = [0, 0, 0, 0, 0, 0] }\n',
+        ),
+    ),
+    entry(
+        "E223",
+        "undefined conveyor",
+        """The cell file has no such conveyor. Add it under [[conveyors]] or correct the index; TRK 0 ends
+        tracking.""",
+        Example(
+            program="MJ P1 F50\nTRK 2\nTRK 0\n",
+            cell='[robot]\nmodel = "frigeni6"\n\n[points]\nP1 = { j = [0, 0, 0, 0, 0, 0] }\n',
+        ),
+    ),
+    entry(
+        "E224",
+        "undefined digital input",
+        "The cell has fewer digital inputs. Correct the index, or raise digital_inputs under [io].",
+        Example(
+            program="WAIT DI 9999\nML P1 F100\n",
+            cell='[robot]\nmodel = "frigeni6"\n\n[points]\nP1 = { j = [0, 0, 0, 0, 0, 0] }\n',
+        ),
+    ),
+    entry(
+        "E225",
+        "undefined digital output",
+        "The cell has fewer digital outputs. Correct the index, or raise digital_outputs under [io].",
+        Example(
+            program="SET DO 9999\nML P1 F100\n",
+            cell='[robot]\nmodel = "frigeni6"\n\n[points]\nP1 = { j = [0, 0, 0, 0, 0, 0] }\n',
+        ),
+    ),
+    entry(
+        "E226",
+        "joint that the robot does not have",
+        "The robot of the cell has fewer joints than this J parameter names.",
+        Example(
+            program="MJ J9=10 F50\n",
+            cell='[robot]\nmodel = "frigeni6"\n\n[points]\nP1 = { j = [0, 0, 0, 0, 0, 0] }\n',
+        ),
+    ),
+    entry(
+        "E227",
+        "undefined auxiliary axis",
+        "The cell has no such auxiliary axis. Declare it under [auxiliary_axes] or correct the number.",
+        Example(
+            program="ML P1 E2=100 F50\n",
+            cell='[robot]\nmodel = "frigeni6"\n\n[points]\nP1 = { j = [0, 0, 0, 0, 0, 0] }\n',
+        ),
+    ),
+)

@@ -4,6 +4,65 @@ from __future__ import annotations
 
 from typing import Final
 
-from viapoint.language.codes.entry import Entry
+from viapoint.language.codes.entry import Entry, entry
 
-ENTRIES: Final[tuple[Entry, ...]] = ()
+ENTRIES: Final[tuple[Entry, ...]] = (
+    entry(
+        "W501",
+        "line never reached",
+        """The line stands behind an END or a GOTO without a count, and no label in front of it lets a jump
+        arrive there. It is never executed.""",
+        "ML P1 F100\nEND\nML P2\n",
+    ),
+    entry(
+        "W502",
+        "running into a subroutine",
+        """A label that SUB calls is also reached from the line above. The body then runs in line, and its
+        END ends the program, or returns from the subroutine around it. Put END in front of the label if
+        that is not meant.""",
+        "ML P1 F100\nSUB CUT\nCUT:\nML P2\nEND\n",
+    ),
+    entry(
+        "W503",
+        "label never used",
+        """No GOTO and no SUB names the label. It does nothing; perhaps a jump was forgotten or has been
+        misspelt.""",
+        "A:\nML P1 F100\n",
+    ),
+    entry(
+        "W504",
+        "no speed programmed",
+        """The first motion says no speed, and nothing before it does: it runs at the default speed of the
+        cell, which another cell may set differently.""",
+        "ML P1\nML P2 F100\n",
+    ),
+    entry(
+        "W505",
+        "R without effect",
+        """A round edge needs a motion that follows without a stop. Behind this motion the path stops in any
+        case: a statement waits or reads the outside world there, the tool changes, or nothing follows.""",
+        "ML P1 F100 R10\nWAIT 1\nML P2\n",
+    ),
+    entry(
+        "W506",
+        "R between two MS",
+        """Consecutive MS form one spline, which passes its points smoothly. A round edge between two of them
+        is ignored.""",
+        "MS P1 F100 R10\nMS P2\n",
+    ),
+    entry(
+        "W507",
+        "endless loop without motion",
+        """The GOTO goes back over lines with neither motion nor waiting, and no way leads out: run, it is
+        stopped with E401.""",
+        "ML P1 F100\nLOOP:\nSET DO 1\nGOTO LOOP\n",
+    ),
+    entry(
+        "W508",
+        "two counts at one label",
+        """A count starts afresh whenever its label is reached in any other way than by its own jump. Two
+        counted GOTOs to one label therefore restart each other, and the outer one never comes to its end.
+        Give each its own label.""",
+        "A:\nML P1 F100\nGOTO A 2\nGOTO A 3\n",
+    ),
+)

@@ -1,0 +1,27 @@
+"""What the compiler is told of a cell: which indices exist, and nothing about what they mean."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CellNames:
+    """The indices a program may use in a cell; a collection per kind (a `range` does).
+
+    `joint_points` are those of `points` that were taught in joint space. `joints` is the number of
+    joints, `auxiliary` the numbers of the auxiliary axes. `asynchronous` are the M functions that the
+    cell declares so; every other one is synchronous.
+    """
+
+    points: Collection[int]
+    joint_points: Collection[int] = ()
+    tools: Collection[int]
+    frames: Collection[int]
+    conveyors: Collection[int]
+    inputs: Collection[int]
+    outputs: Collection[int]
+    joints: int
+    auxiliary: Collection[int] = ()
+    asynchronous: Collection[int] = ()

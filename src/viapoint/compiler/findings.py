@@ -1,0 +1,57 @@
+"""Collects the compiler's diagnostics and words the suggestions in them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+
+from viapoint.language.diagnostics import Diagnostic, Label
+from viapoint.language.source import Source, Span
+
+SUGGESTION_CUTOFF = 0.6
+"""How alike (difflib's ratio, 0 to 1) a name must be to be suggested: one or two letters of five."""
+
+LISTED = 8
+"""How many of the defined indices a hint names."""
+
+
+class Findings:
+    """A list of diagnostics of one source."""
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self.diagnostics: list[Diagnostic] = []
+
+    def add(
+        self, code: str, span: Span, message: str, hint: str | None = None, *labels: tuple[Span, str]
+    ) -> None:
+        """One finding at `span`; `labels` are second places that explain it."""
+        self.diagnostics.append(
+            Diagnostic(
+                code=code,
+                message=message,
+                source=self._source,
+                span=span,
+                hint=hint,
+                labels=tuple(Label(place, text) for place, text in labels),
+            )
+        )
+
+
+def did_you_mean(name: str, names: Iterable[str]) -> str | None:
+    """The hint for a misspelt name; None where nothing is near."""
+    from difflib import get_close_matches  # a millisecond, and only where something is wrong
+
+    by_key = {each.upper(): each for each in names}
+    found = get_close_matches(name.upper(), by_key, n=1, cutoff=SUGGESTION_CUTOFF)
+    return f"did you mean {by_key[found[0]]}?" if found else None
+
+
+def defined_are(kind: str, letter: str, index: int, defined: Collection[int]) -> str:
+    """The hint for an index that does not exist: those that do, the nearest ones of many."""
+    if not defined:
+        return f"the cell defines no {kind}s"
+    if isinstance(defined, range) and len(defined) > LISTED:
+        return f"the cell has {letter}{defined[0]} to {letter}{defined[-1]}"
+    nearest = sorted(sorted(defined, key=lambda each: (abs(each - index), each))[:LISTED])
+    more = " and others" if len(defined) > LISTED else ""
+    return f"defined are {', '.join(f'{letter}{each}' for each in nearest)}{more}"

@@ -1,0 +1,359 @@
+"""From the tree to bytecode in one pass over the statements; the checks of meaning ride along.
+
+One handler per kind of statement, no object per line: numbers go to one array, code to one buffer.
+Places are added at the end (`span_map`), where they cost least.
+"""
+
+from __future__ import annotations
+
+import struct
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass
+from operator import itemgetter, sub
+from typing import Any
+
+from viapoint.compiler.blocks import Blocks, OpenIf
+from viapoint.compiler.cell_checks import CellChecks
+from viapoint.compiler.cell_names import CellNames
+from viapoint.compiler.conditions import NESTING_LIMIT, ConditionLowering, LoweredCondition, NestingError
+from viapoint.compiler.findings import Findings
+from viapoint.compiler.flow import Flow, MotionTraits, loop_without_motion
+from viapoint.compiler.labels import Labels
+from viapoint.language import tree
+from viapoint.language.tree import statement_span
+from viapoint.vm.instructions import SIZES, Instruction, operand_offset, packer
+from viapoint.vm.instructions import Operand as Op
+from viapoint.vm.program import Label, Program, SpanMap, hash_source
+from viapoint.vm.shapes import INSTRUCTION_BY_WORD
+
+_I = Instruction
+_WORD = struct.Struct("<I")
+_MOTION_CODES = {word: one.spec.code for word, one in INSTRUCTION_BY_WORD.items()}
+_pack_motion = packer(_I.LINE)  # all motions are laid out alike
+_JUMP_TARGET = operand_offset(_I.JUMP, Op.TARGET)
+_BRANCH_TARGET = operand_offset(_I.JUMP_IF_FALSE, Op.TARGET)
+_REPEAT_TARGET = operand_offset(_I.REPEAT, Op.TARGET)
+_CALL_TARGET = operand_offset(_I.CALL, Op.TARGET)
+_SPEEDS = frozenset({"F", "FC", "FA"})
+
+Handler = Callable[[Any], None]
+
+
+@dataclass(frozen=True, slots=True)
+class _MotionPlan:
+    """All that is known of a motion from its layout alone."""
+
+    code: int
+    shape: int
+    traits: MotionTraits
+    checks: tuple[tuple[Callable[[tree.Motion, int], None], int], ...]
+
+
+class Lowering:
+    """One program on its way to bytecode."""
+
+    def __init__(self, program: tree.Program, findings: Findings, cell: CellNames | None) -> None:
+        self._tree = program
+        self._findings = findings
+        self._cell = CellChecks(cell, findings, program.source) if cell is not None else None
+        self._code = bytearray()
+        self._numbers: array[float] = array("d")
+        self._addresses = array("I")
+        self._plans: dict[tree.Layout, _MotionPlan] = {}
+        self._shapes: dict[str, int] = {}
+        self._texts: dict[str, int] = {}
+        self._blocks = Blocks()
+        self._flow = Flow(findings)
+        self.labels = Labels(findings, self._blocks)
+        self._conditions = ConditionLowering(self._numbers)
+        self._handlers: dict[type, Handler] = {
+            tree.Motion: self._motion,
+            tree.SelectTool: self._select_tool,
+            tree.Track: self._track,
+            tree.Tangent: self._tangent,
+            tree.Wait: self._wait,
+            tree.WaitInput: self._wait_input,
+            tree.SetOutput: self._set_output,
+            tree.MFunction: self._m_function,
+            tree.If: self._if,
+            tree.ElseIf: self._else_if,
+            tree.Else: self._else,
+            tree.EndIf: self._end_if,
+            tree.Goto: self._goto,
+            tree.Sub: self._sub,
+            tree.End: self._end,
+            tree.Label: self._label,
+        }
+
+    def run(self) -> None:
+        """Lower every statement, then close the program with an END."""
+        code, flow, handlers = self._code, self._flow, self._handlers
+        at = self._addresses.append
+        for statement in self._tree.statements:
+            at(len(code))
+            if not flow.live and statement.__class__ not in _NEVER_DEAD:
+                flow.note_dead(statement)
+            handlers[statement.__class__](statement)
+        flow.last(len(self.labels.defined))
+        for block in self._blocks.open:
+            self._findings.add(
+                "E205",
+                statement_span(block.statement),
+                "this IF has no ENDIF",
+                "write ENDIF behind its last branch",
+            )
+        self._emit(_I.END)
+
+    def finish(self, excused: frozenset[str]) -> None:
+        """Resolve the labels and say what can only be said at the end."""
+        self.labels.resolve(self._patch, excused)
+        self.labels.lint()
+        self._flow.finish(self.labels.first_called)
+
+    def program(self) -> Program:
+        """The bytecode; only meaningful when nothing was an error."""
+        source = self._tree.source
+        return Program(
+            name=source.name,
+            code=bytes(self._code),
+            numbers=self._numbers,
+            shapes=tuple(self._shapes),
+            texts=tuple(self._texts),
+            labels=tuple(Label(each.statement.name, each.address) for each in self.labels.defined.values()),
+            spans=span_map(self._tree, self._addresses),
+            source_hash=hash_source(source.text),
+            source_text=source.text,
+        )
+
+    def _emit(self, instruction: Instruction, *operands: int) -> None:
+        self._code += _PACKERS[instruction](instruction.spec.code, *operands)
+
+    def _patch(self, operand: int, address: int) -> None:
+        _WORD.pack_into(self._code, operand, address)
+
+    def _text(self, text: str) -> int:
+        return self._texts.setdefault(text, len(self._texts))
+
+    def _number(self, value: float) -> int:
+        self._numbers.append(value)
+        return len(self._numbers) - 1
+
+    # Motions and actions
+
+    def _motion(self, statement: tree.Motion) -> None:
+        layout, values = statement.layout, statement.values
+        plan = self._plans.get(layout) or self._plan(layout)
+        numbers = self._numbers
+        self._code += _pack_motion(plan.code, plan.shape, len(numbers))
+        numbers.extend(values)
+        self._flow.motion(statement, plan.traits)
+        for check, at in plan.checks:
+            check(statement, at)
+
+    def _plan(self, layout: tree.Layout) -> _MotionPlan:
+        codes = layout.codes
+        shape = self._shapes.setdefault(" ".join(codes), len(self._shapes))
+        traits = MotionTraits(
+            word=layout.command,
+            has_speed=not _SPEEDS.isdisjoint(codes),
+            tool_at=codes.index("T") if "T" in codes else -1,
+            round_at=codes.index("R") if "R" in codes else -1,
+        )
+        checks = self._cell.of_layout(codes) if self._cell else ()
+        plan = _MotionPlan(_MOTION_CODES[layout.command], shape, traits, checks)
+        self._plans[layout] = plan
+        return plan
+
+    def _select_tool(self, statement: tree.SelectTool) -> None:
+        self._emit(_I.SELECT_TOOL, statement.tool)
+        self._flow.select_tool(statement.tool)
+        if self._cell:
+            self._cell.tool(statement.tool, statement_span(statement))
+
+    def _track(self, statement: tree.Track) -> None:
+        self._emit(_I.TRACK, statement.conveyor)
+        self._flow.exact_stop("TRK")
+        self._flow.tracking = statement.conveyor > 0
+        if self._cell:
+            self._cell.conveyor(statement.conveyor, statement_span(statement))
+
+    def _tangent(self, statement: tree.Tangent) -> None:
+        self._emit(_I.TANGENT, int(statement.on), self._number(statement.offset))
+
+    def _wait(self, statement: tree.Wait) -> None:
+        self._emit(_I.DWELL, self._number(statement.seconds))
+        self._flow.exact_stop("WAIT")
+        if statement.seconds > 0:
+            self._flow.takes_time()
+
+    def _wait_input(self, statement: tree.WaitInput) -> None:
+        self._emit(_I.BARRIER, self._text(f"WAIT DI {statement.input}"))
+        self._emit(_I.AWAIT_INPUT, statement.input)
+        self._flow.exact_stop("WAIT DI")
+        self._flow.takes_time()
+        if self._cell:
+            self._cell.signal("DI", statement.input, statement_span(statement))
+
+    def _set_output(self, statement: tree.SetOutput) -> None:
+        self._emit(_I.SET_OUTPUT, statement.output, int(statement.value))
+        if self._cell:
+            self._cell.signal("DO", statement.output, statement_span(statement))
+
+    def _m_function(self, statement: tree.MFunction) -> None:
+        self._emit(_I.RAISE_M, statement.function)
+        self._flow.takes_time()
+        if self._cell and self._cell.is_synchronous(statement.function):
+            self._flow.exact_stop(f"synchronous M{statement.function}")
+
+    # Branches
+
+    def _condition(
+        self, statement: tree.If | tree.ElseIf, word: str, arrived: bool
+    ) -> tuple[int | None, bool]:
+        """Barrier, condition and its jump: where the jump's target goes, and whether the path stands."""
+        lowered = self._lower(statement)
+        if lowered is None:
+            return None, arrived
+        if lowered.signals and not arrived:
+            self._emit(_I.BARRIER, self._text(f"{word} {lowered.text}"))
+            self._flow.exact_stop(word)
+            arrived = True
+        if self._cell:
+            self._cell.condition(lowered.signals, statement.start)
+        self._code += lowered.code
+        operand = len(self._code) + _BRANCH_TARGET
+        self._emit(_I.JUMP_IF_FALSE, 0)
+        return operand, arrived
+
+    def _lower(self, statement: tree.If | tree.ElseIf) -> LoweredCondition | None:
+        try:
+            return self._conditions.lower(statement.condition)
+        except NestingError:
+            self._findings.add(
+                "E210",
+                statement_span(statement),
+                f"the condition is nested deeper than {NESTING_LIMIT} levels",
+                "remove parentheses and NOTs that are not needed",
+            )
+            return None
+
+    def _if(self, statement: tree.If) -> None:
+        operand, arrived = self._condition(statement, "IF", False)
+        block = OpenIf(statement, self._blocks.enter(), operand, arrived)
+        self._blocks.open.append(block)
+        self._flow.enter_if(block)
+
+    def _innermost(self, statement: tree.ElseIf | tree.Else, word: str) -> OpenIf | None:
+        """The IF that ELSEIF or ELSE belongs to, if it may."""
+        if not self._blocks.open:
+            self._findings.add(
+                "E206", statement_span(statement), f"{word} without IF", "write IF in front of it"
+            )
+            return None
+        block = self._blocks.open[-1]
+        if block.else_line is not None:
+            self._findings.add(
+                "E208",
+                statement_span(statement),
+                f"{word} behind the ELSE of line {block.else_line}",
+                "ELSE is the last branch: put it behind every ELSEIF, and only once",
+                (statement_span(block.statement), "the IF"),
+            )
+            return None
+        return block
+
+    def _next_branch(self, block: OpenIf) -> None:
+        """Leave the branch above; its condition's jump comes here."""
+        block.end_patches.append(len(self._code) + _JUMP_TARGET)
+        self._emit(_I.JUMP, 0)
+        self._here(block)
+        self._blocks.leave(block.block)
+        block.block = self._blocks.enter()
+        self._flow.next_branch(block)
+
+    def _here(self, block: OpenIf) -> None:
+        if block.false_patch is not None:
+            self._patch(block.false_patch, len(self._code))
+
+    def _else_if(self, statement: tree.ElseIf) -> None:
+        block = self._innermost(statement, "ELSEIF")
+        if block is not None:
+            self._next_branch(block)
+            block.false_patch, block.arrived = self._condition(statement, "ELSEIF", block.arrived)
+
+    def _else(self, statement: tree.Else) -> None:
+        block = self._innermost(statement, "ELSE")
+        if block is not None:
+            self._next_branch(block)
+            block.false_patch = None
+            block.else_line = statement.line
+
+    def _end_if(self, statement: tree.EndIf) -> None:
+        if not self._blocks.open:
+            self._findings.add(
+                "E207", statement_span(statement), "ENDIF without IF", "remove it, or write IF above"
+            )
+            return
+        block = self._blocks.open.pop()
+        self._here(block)
+        for operand in block.end_patches:
+            self._patch(operand, len(self._code))
+        self._blocks.leave(block.block)
+        self._flow.leave_if(block)
+
+    # Jumps
+
+    def _label(self, statement: tree.Label) -> None:
+        flow = self._flow
+        index = self.labels.define(statement, len(self._code), fallen_into=flow.live, progress=flow.progress)
+        self._emit(_I.LABEL, index)
+        flow.label()
+
+    def _goto(self, statement: tree.Goto) -> None:
+        above = self.labels.find(statement.label)
+        if statement.times is not None:
+            self.labels.refer(statement, len(self._code) + _REPEAT_TARGET)
+            self._emit(_I.REPEAT, above.index if above else 0, 0, statement.times)
+            self.labels.count(statement, above)
+            self._flow.call()
+            return
+        self.labels.refer(statement, len(self._code) + _JUMP_TARGET)
+        self._emit(_I.JUMP, 0)
+        if above is not None and above.progress == self._flow.progress and not self._blocks.open:
+            loop_without_motion(
+                self._findings, statement_span(statement), above.statement.name, above.statement.line
+            )
+        self._flow.stop()
+
+    def _sub(self, statement: tree.Sub) -> None:
+        self.labels.refer(statement, len(self._code) + _CALL_TARGET)
+        self._emit(_I.CALL, 0, 1 if statement.times is None else statement.times)
+        self._flow.call()
+
+    def _end(self, statement: tree.End) -> None:
+        self._emit(_I.END)
+        self._flow.last(len(self.labels.defined))
+        self._flow.stop()
+
+
+_PACKERS = {instruction: packer(instruction) for instruction in Instruction}
+
+_NEVER_DEAD = frozenset({tree.Label, tree.ElseIf, tree.Else, tree.EndIf, tree.End})
+"""Statements that need no way to be reached: they open a way, close a block, or only bound the text."""
+
+assert len({SIZES[one] for one in INSTRUCTION_BY_WORD.values()}) == 1
+
+
+def span_map(program: tree.Program, addresses: array[int]) -> SpanMap:
+    """Line and columns of every statement. All by mapping over fields: a loop would cost as much again."""
+    statements = program.statements
+    lines = array("I", map(itemgetter(0), statements))
+    before = [0, *(start - 1 for start in program.source.line_starts)]  # by line: column = offset - before
+    bases = list(map(before.__getitem__, lines))
+    return SpanMap(
+        addresses,
+        lines,
+        array("I", map(sub, map(itemgetter(1), statements), bases)),
+        array("I", map(sub, map(itemgetter(2), statements), bases)),
+    )

@@ -1,0 +1,41 @@
+"""The decision report: every place where a program reads the outside world (LANGUAGE 6)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from viapoint.compiler.cell_names import CellNames
+from viapoint.compiler.conditions import signals_of
+from viapoint.language import tree
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """One place: its line, what is read there in order (DI3, DO1, M5), and whether the path stops for it."""
+
+    line: int
+    reads: tuple[str, ...]
+    barrier: bool
+
+
+def decision_report(program: tree.Program, cell: CellNames | None = None) -> tuple[Decision, ...]:
+    """All decisions of a program in the order of its lines.
+
+    A synchronous M is one: it waits for its flag's reset. Without a cell every M is synchronous.
+    """
+    asynchronous = cell.asynchronous if cell is not None else ()
+    found = []
+    for statement in program.statements:
+        match statement:
+            case tree.If(condition=condition) | tree.ElseIf(condition=condition):
+                names = (f"{signal.kind}{signal.number}" for signal in signals_of(condition))
+                reads = tuple(dict.fromkeys(names))
+            case tree.WaitInput(input=index):
+                reads = (f"DI{index}",)
+            case tree.MFunction(function=index) if index not in asynchronous:
+                reads = (f"M{index}",)
+            case _:
+                continue
+        if reads:
+            found.append(Decision(statement.line, reads, True))
+    return tuple(found)
