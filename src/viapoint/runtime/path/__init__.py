@@ -1,0 +1,26 @@
+"""Geometry of the path: moves in, pieces out. No robot but injected kinematics, and no time."""
+
+from viapoint.runtime.path.chain import Chain, Mark, Transition
+from viapoint.runtime.path.corners import Reason
+from viapoint.runtime.path.errors import GeometryError
+from viapoint.runtime.path.moves import Corner, Move, MoveKind, Pose, Poses, Space
+from viapoint.runtime.path.path import Path
+from viapoint.runtime.path.piece import Piece
+from viapoint.runtime.path.shapes import end_pose
+
+__all__ = [
+    "Chain",
+    "Corner",
+    "GeometryError",
+    "Mark",
+    "Move",
+    "MoveKind",
+    "Path",
+    "Piece",
+    "Pose",
+    "Poses",
+    "Reason",
+    "Space",
+    "Transition",
+    "end_pose",
+]

@@ -1,0 +1,223 @@
+"""Moves in program order to finished pieces of path. No robot beyond injected kinematics, no time.
+
+A piece is finished when both corners of its motion are decided: with the next motion, for a spline's
+neighbour with the one after. Finished pieces never change.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from viapoint.runtime.path.corners import Passage, Reason, pass_corner
+from viapoint.runtime.path.errors import GeometryError
+from viapoint.runtime.path.moves import Corner, Floats, Move, Pose
+from viapoint.runtime.path.piece import Piece
+from viapoint.runtime.path.segments import Segment
+from viapoint.runtime.path.shapes import end_pose, is_zero, shape_alone
+from viapoint.runtime.path.splines import Neighbour, spline
+
+# A motion may start so far (m) from where the one before ended: conversions through joints and back.
+LARGEST_GAP = 1e-6
+# An interval of a segment shorter than this share of it between two round edges is rounding, not path.
+NOTHING_LEFT = 1e-12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Transition:
+    """One row of the blend report: how a motion passes into the next."""
+
+    tag: int
+    next_tag: int | None  # None: nothing followed
+    asked: float | None  # R, m of TCP path or rad of joint-space length; None where not programmed
+    effective: float  # distance before and after the corner that the edge takes; 0 without one
+    stop: bool
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """The end of a motion: the boundary after the `pieces`-th piece, counted from the chain's first."""
+
+    tag: int
+    pieces: int
+
+
+@dataclass(slots=True)
+class _Link:
+    """A motion whose end is still open."""
+
+    move: Move
+    segment: Segment | None  # None: a spline whose neighbours are not known yet
+    corner: Corner
+    last_tag: int  # of this motion, or of the last motion of zero length after it
+    followers: list[int]  # tags of motions of zero length at its end
+    begin: float = 0.0  # parameter where the round edge before it ends
+
+
+class Chain:
+    """Grows one path between exact stops.
+
+    `tolerance` (m) is how far the path may leave the programmed one at tangential transitions that are not
+    C²; 0 makes them stops. `pieces`, `marks` and `transitions` only ever grow, until `take` empties them.
+    """
+
+    def __init__(self, *, tolerance: float) -> None:
+        self.tolerance = tolerance
+        self.pieces: list[Piece] = []
+        self.marks: list[Mark] = []
+        self.transitions: list[Transition] = []
+        self._finished = 0
+        self._open: list[_Link] = []
+        self._before: Neighbour | None = None
+        self._end: Pose | None = None
+
+    def push(self, move: Move) -> None:
+        """Append a motion. May finish pieces of the motions before it.
+
+        Raises GeometryError (E3xx) where the motion has no geometry; the chain is then unchanged.
+        """
+        _require_finite(move)
+        self._require_joined(move)
+        if is_zero(move):
+            self._pass_over(move)
+        else:
+            segment = shape_alone(move)
+            self._end = end_pose(move)
+            self._open.append(_Link(move, segment, move.corner, move.tag, []))
+        self._advance(closing=False)
+
+    def close(self) -> None:
+        """The last motion ends in an exact stop; what follows knows nothing of what came before."""
+        self._advance(closing=True)
+        for link in self._open:
+            self._finish_with_stop(link, None, Reason.END)
+        self._open.clear()
+        self._before = self._end = None
+
+    def take(self) -> tuple[list[Piece], list[Mark], list[Transition]]:
+        """Everything finished since the last call, handed over; the chain keeps none of it."""
+        taken = self.pieces, self.marks, self.transitions
+        self.pieces, self.marks, self.transitions = [], [], []
+        return taken
+
+    # ------------------------------------------------------------------------------------------------
+
+    def _advance(self, *, closing: bool) -> None:
+        """Decide every corner whose two segments are known."""
+        while self._open:
+            self._build(0, closing)
+            if len(self._open) < 2:
+                return
+            self._build(1, closing)
+            left, right = self._open[0], self._open[1]
+            if left.segment is None or (right.segment is None and not left.corner.halts):
+                return
+            self._join(left, right)
+            self._before = Neighbour(left.move, left.segment)
+            del self._open[0]
+
+    def _build(self, index: int, closing: bool) -> None:
+        """Make the spline at `index` once its neighbours are known."""
+        link = self._open[index]
+        followed = index + 1 < len(self._open)
+        if link.segment is not None or not (followed or closing):
+            return
+        before = self._neighbour(index - 1) if index else self._before
+        link.segment = spline(link.move, before, self._neighbour(index + 1) if followed else None)
+
+    def _neighbour(self, index: int) -> Neighbour:
+        return Neighbour(self._open[index].move, self._open[index].segment)
+
+    def _join(self, left: _Link, right: _Link) -> None:
+        next_tag = right.move.tag
+        if left.segment is None or right.segment is None:
+            reason = Reason.ASKED if left.corner.stop else Reason.R_ZERO
+            self._finish_with_stop(left, next_tag, reason)
+            return
+        passage = pass_corner(left.segment, right.segment, left.corner, self.tolerance)
+        if passage.reason.stops:
+            self._finish_with_stop(left, next_tag, passage.reason)
+            return
+        self._record(left, next_tag, passage.radius, passage.reason)
+        if passage.edge is None:
+            self._emit(left, left.segment.length, ends=True)
+            self._mark(left)
+        else:
+            self._finish_with_edge(left, right, passage, passage.edge)
+
+    def _finish_with_edge(self, left: _Link, right: _Link, passage: Passage, edge: Segment) -> None:
+        half = 0.5 * edge.length
+        self._emit(left, passage.leave)
+        self._append(Piece(edge, 0.0, half, left.move.tag, ends=True, is_edge=True))
+        self._mark(left)
+        self._append(Piece(edge, half, half, right.move.tag, is_edge=True))
+        right.begin = passage.join
+
+    def _finish_with_stop(self, link: _Link, next_tag: int | None, reason: Reason) -> None:
+        assert link.segment is not None
+        self._record(link, next_tag, 0.0, reason)
+        self._emit(link, link.segment.length, ends=True, stop=True)
+        self._mark(link)
+
+    def _emit(self, link: _Link, end: float, *, ends: bool = False, stop: bool = False) -> None:
+        """The uncut interval of a segment, if the round edges left any."""
+        assert link.segment is not None
+        left = end - link.begin
+        if left > NOTHING_LEFT * link.segment.length:
+            self._append(Piece(link.segment, link.begin, left, link.move.tag, ends, stop))
+
+    def _append(self, piece: Piece) -> None:
+        self.pieces.append(piece)
+        self._finished += 1
+
+    def _mark(self, link: _Link) -> None:
+        self.marks.extend(Mark(tag, self._finished) for tag in (link.move.tag, *link.followers))
+
+    def _record(self, link: _Link, next_tag: int | None, effective: float, reason: Reason) -> None:
+        self.transitions.append(
+            Transition(
+                tag=link.last_tag,
+                next_tag=next_tag,
+                asked=link.corner.radius,
+                effective=effective,
+                stop=reason.stops,
+                reason=reason,
+            )
+        )
+
+    def _pass_over(self, move: Move) -> None:
+        """A motion of zero length: the corner before it and the one after it become one."""
+        if not self._open:
+            self.marks.append(Mark(move.tag, self._finished))
+            return
+        link = self._open[-1]
+        self._record(replace(link, followers=[]), move.tag, 0.0, Reason.ZERO_LENGTH)
+        link.followers.append(move.tag)
+        link.last_tag = move.tag
+        link.corner = _merged(link.corner, move.corner)
+
+    def _require_joined(self, move: Move) -> None:
+        if self._end is not None:
+            gap = float(np.linalg.norm(move.start.position - self._end.position))
+            if gap > LARGEST_GAP:
+                raise ValueError(f"motion {move.tag} starts {gap:.3g} m from the end of the one before")
+
+
+def _merged(first: Corner, second: Corner) -> Corner:
+    """One corner of two at the same place: a stop in either is a stop, else the first R programmed."""
+    halts = first.radius == 0.0 or second.radius == 0.0
+    radius = 0.0 if halts else second.radius if first.radius is None else first.radius
+    return Corner(first.stop or second.stop, radius)
+
+
+def _require_finite(move: Move) -> None:
+    numbers: list[Floats | None] = [move.q_start, move.q_target]
+    for pose in (move.start, move.target, move.via):
+        if pose is not None:
+            numbers += [pose.position, pose.quaternion]
+    if move.angle is not None:
+        numbers.append(np.array([move.angle]))
+    if not all(array is None or np.isfinite(array).all() for array in numbers):
+        raise GeometryError("E302", f"the {move.kind.value} has a coordinate that is not a finite number")

@@ -1,0 +1,155 @@
+"""Programmed motions to segments: lines, turns in place, circles, joint moves. Splines need neighbours
+and have a module of their own.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from viapoint.runtime.path.curves import Arc, Straight
+from viapoint.runtime.path.errors import GeometryError
+from viapoint.runtime.path.keys import keys_along, periodic_keys
+from viapoint.runtime.path.moves import Floats, Move, MoveKind, Pose
+from viapoint.runtime.path.rates import cross, shortest_turn
+from viapoint.runtime.path.segments import JointSegment, PoseSegment, Segment
+from viapoint.runtime.path.turns import Turn, slerp, turn_through
+
+# Motions shorter than this (m, and rad) are no motion: rounding of poses that went through forward and
+# inverse kinematics. One nanometre in one tick of 1 ms is a jerk of 1 m/s³, far below any limit.
+ZERO_LENGTH = 1e-9
+# A translation shorter than this (m), and shorter than 1 m per rad of its rotation, is a turn in place.
+IN_PLACE = 1e-6
+# The three points of a circle are collinear or coincident where their triangle is lower than this (m):
+# one unit in the last place of coordinates given in mm with three decimals.
+LOWEST_TRIANGLE = 1e-6
+
+TWO_PI = 2.0 * math.pi
+
+
+def line(move: Move) -> PoseSegment:
+    """Straight line with SLERP; where nothing but the orientation moves, a turn in place."""
+    along = move.target.position - move.start.position
+    distance = float(np.linalg.norm(along))
+    turn = shortest_turn(quaternion(move.start), quaternion(move.target), move.z_axis)
+    angle = float(np.linalg.norm(turn))
+    in_place = distance < IN_PLACE and angle > distance
+    length = angle if in_place else distance
+    curve = Straight(move.start.position, along / length, length)
+    return PoseSegment(curve, slerp(quaternion(move.start), turn, length), in_place)
+
+
+def joint_move(move: Move) -> JointSegment:
+    """Straight line in joint space."""
+    if move.q_start is None or move.q_target is None or move.fk is None:
+        raise ValueError("a joint move needs q_start, q_target and fk")
+    weights = np.ones_like(move.q_start) if move.joint_weights is None else move.joint_weights
+    start, along = weights * move.q_start, weights * (move.q_target - move.q_start)
+    length = float(np.linalg.norm(along))
+    return JointSegment(Straight(start, along / length, length), weights, move.fk)
+
+
+def circle(move: Move) -> PoseSegment:
+    """Arc through start, Q and target, or of angle H on that circle (F 5-18…24).
+
+    Orientation goes through the key orientations. With H they repeat every turn (start, Q, target, start),
+    backwards for a negative H; so a full turn ends in the orientation it started with.
+
+    Raises GeometryError E301 where the three points define no circle.
+    """
+    arc, at_via, at_target = _arc(move)
+    return PoseSegment(arc, _circle_turn(move, arc, at_via, at_target))
+
+
+def _arc(move: Move) -> tuple[Arc, float, float]:
+    """The arc, and the angles from the start, in the sense of Q, of Q and the target."""
+    if move.via is None:
+        raise ValueError("a circle needs via")
+    p0, p1, p2 = move.start.position, move.via.position, move.target.position
+    to_via, to_target = p1 - p0, p2 - p0
+    normal = cross(to_via, to_target)
+    area = float(np.linalg.norm(normal))
+    if area < LOWEST_TRIANGLE * max(float(np.linalg.norm(v)) for v in (to_via, to_target, p2 - p1)):
+        raise GeometryError("E301", "start, Q and target of the circle lie on one line or coincide")
+    normal = normal / area
+    # The centre from the two chords; the same point as F 5-22 with fewer products of large coordinates.
+    offset = cross((to_via @ to_via) * to_target - (to_target @ to_target) * to_via, normal) / (2.0 * area)
+    center, radius = p0 + offset, float(np.linalg.norm(offset))
+    u = -offset / radius
+    v = cross(normal, u)
+    angles = [math.atan2(float((p - center) @ v), float((p - center) @ u)) % TWO_PI for p in (p1, p2)]
+    sweep = angles[1] if move.angle is None else move.angle
+    return Arc(center, radius, u, math.copysign(1.0, sweep) * v, radius * abs(sweep)), angles[0], angles[1]
+
+
+def _circle_turn(move: Move, arc: Arc, at_via: float, at_target: float) -> Turn:
+    assert move.via is not None
+    q0, q2 = quaternion(move.start), quaternion(move.target)
+    passed = [(0.0, q0), (arc.radius * at_target, q2)]
+    if move.via.quaternion is not None:
+        passed.insert(1, (arc.radius * at_via, quaternion(move.via)))
+    stops, orientations = [w for w, _ in passed], [q for _, q in passed]
+    if move.angle is not None:
+        around = TWO_PI * arc.radius
+        backwards = move.angle < 0.0
+        return turn_through(periodic_keys(stops, orientations, around, arc.length, backwards, move.z_axis))
+    if len(stops) == 2:
+        return slerp(q0, shortest_turn(q0, q2, move.z_axis), arc.length)
+    return turn_through(keys_along(stops, orientations, move.z_axis))
+
+
+def is_zero(move: Move) -> bool:
+    """Nothing moves in it."""
+    if move.kind is MoveKind.JOINT and move.q_start is not None and move.q_target is not None:
+        weights = 1.0 if move.joint_weights is None else move.joint_weights
+        return float(np.linalg.norm(weights * (move.q_target - move.q_start))) < ZERO_LENGTH
+    if move.kind is MoveKind.CIRCLE:
+        return move.angle is not None and abs(move.angle) < ZERO_LENGTH
+    distance = float(np.linalg.norm(move.target.position - move.start.position))
+    turn = shortest_turn(quaternion(move.start), quaternion(move.target), move.z_axis)
+    return distance < ZERO_LENGTH and float(np.linalg.norm(turn)) < ZERO_LENGTH
+
+
+def turns_in_place(move: Move) -> bool:
+    """A path motion that only turns: it has no tangent."""
+    distance = float(np.linalg.norm(move.target.position - move.start.position))
+    if distance >= IN_PLACE:
+        return False
+    turn = shortest_turn(quaternion(move.start), quaternion(move.target), move.z_axis)
+    return float(np.linalg.norm(turn)) > distance
+
+
+def shape_alone(move: Move) -> Segment | None:
+    """The segment of a motion that needs no neighbours; None for a spline with a length."""
+    match move.kind:
+        case MoveKind.LINE:
+            return line(move)
+        case MoveKind.CIRCLE:
+            return circle(move)
+        case MoveKind.JOINT:
+            return joint_move(move)
+        case MoveKind.SPLINE:
+            return line(move) if turns_in_place(move) else None
+
+
+def end_pose(move: Move) -> Pose:
+    """Where the motion really ends: its target, but for a circle with H.
+
+    Raises GeometryError E301 where a circle's three points define none.
+    """
+    if move.kind is not MoveKind.CIRCLE or move.angle is None:
+        return move.target
+    if is_zero(move):
+        return move.start
+    segment = circle(move)
+    end = segment.poses(np.array([segment.length]))
+    return Pose(end.position[0], end.quaternion[0])
+
+
+def quaternion(pose: Pose) -> Floats:
+    """The orientation of a pose, normalised."""
+    if pose.quaternion is None:
+        raise ValueError("this pose needs an orientation")
+    unit: Floats = pose.quaternion / math.sqrt(float(pose.quaternion @ pose.quaternion))
+    return unit

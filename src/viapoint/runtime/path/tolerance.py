@@ -1,0 +1,101 @@
+"""How wide an edge over a tangential corner may be for its deviation to stay within a tolerance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from viapoint.runtime.path.edges import round_edge
+from viapoint.runtime.path.moves import Floats, Poses
+from viapoint.runtime.path.segments import Segment
+from viapoint.runtime.rotations import quaternion_angle
+
+# A deviation of orientation counts as the displacement of a point so far (m) from the TCP: the default
+# tolerance of 0.02 mm then allows 0.11°.
+LEVER = 0.01
+# Points on the edge where its deviation is measured; it has one maximum on each side of the corner.
+SAMPLES = 33
+# The search ends between this share of the tolerance and the tolerance itself.
+ENOUGH = 0.7
+_AIM = 0.85
+_MOST_TRIALS = 24
+
+Cut = Callable[[float], tuple[float, float]]
+
+
+def widest_edge(left: Segment, right: Segment, cut: Cut, reach: float, tolerance: float) -> float:
+    """The distance before and after the corner, at most `reach`; 0 where even the least is too wide."""
+
+    def deviation_at(distance: float) -> float:
+        return deviation(left, right, *cut(distance))
+
+    trial, measured = reach, deviation_at(reach)
+    low, high = 0.0, reach
+    order = 2.0  # of the deviation in the distance: 2 for a jump of curvature, 1 for a kink
+    for _ in range(_MOST_TRIALS):
+        if measured <= tolerance:
+            low = trial
+            if measured >= ENOUGH * tolerance or trial == reach:
+                break
+        else:
+            high = trial
+        following = trial * (_AIM * tolerance / measured) ** (1.0 / order)
+        if not low < following < high:
+            following = math.sqrt(low * high) if low > 0.0 else 0.1 * high
+        previous, trial = (trial, measured), following
+        measured = deviation_at(trial)
+        order = _order(previous, (trial, measured))
+    return low
+
+
+def deviation(left: Segment, right: Segment, leave: float, join: float) -> float:
+    """Largest distance (m) of an edge from what was programmed; orientation counted with `LEVER`.
+
+    Points of the edge are compared with points of about the same progress, which is never less than
+    their distance from the path.
+    """
+    edge = round_edge(left, right, leave, join)
+    w = np.linspace(0.0, edge.length, SAMPLES)
+    made, programmed = edge.poses(w), _programmed(left, right, leave, join, w / edge.length)
+    distance = np.linalg.norm(made.position - programmed.position, axis=1)
+    angle = quaternion_angle(made.quaternion, programmed.quaternion)
+    return float((distance + LEVER * angle).max())
+
+
+def _programmed(left: Segment, right: Segment, leave: float, join: float, t: Floats) -> Poses:
+    """Poses of the uncut segments at the shares t (N,) of an edge's parameter range."""
+    lost = left.length - leave
+    if left.space is right.space:
+        x = t * (lost + join)
+        before = x <= lost
+        w_left, w_right = leave + x[before], x[~before] - lost
+    else:
+        w_left, w_right, before = _mixed(left, right, leave, join, t)
+    a, b = left.poses(w_left), right.poses(w_right)
+    return Poses(np.concatenate((a.position, b.position)), np.concatenate((a.quaternion, b.quaternion)))
+
+
+def _mixed(
+    left: Segment, right: Segment, leave: float, join: float, t: Floats
+) -> tuple[Floats, Floats, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+    """Parameters beside the corner of a joint move and a path motion, whose scales differ.
+
+    The speed along the edge changes evenly from one side's |dp/dw| to the other's, so progress is a
+    quadratic of t; it is shared out by TCP length.
+    """
+    v0 = float(left.arc.rates(np.array([leave]))[0])
+    v1 = float(right.arc.rates(np.array([join]))[0])
+    lost, gained = left.length - leave, join
+    cut = 0.5 * (v0 * lost + v1 * gained)
+    x = 2.0 * cut * (2.0 * v0 * t + (v1 - v0) * t * t) / (v0 + v1)
+    before = x <= cut
+    return leave + lost * x[before] / cut, gained * (x[~before] - cut) / cut, before
+
+
+def _order(a: tuple[float, float], b: tuple[float, float]) -> float:
+    """Exponent of a power law through two (distance, deviation), kept within what smooth curves have."""
+    if a[0] == b[0] or min(a[1], b[1]) <= 0.0:
+        return 2.0
+    return min(max(math.log(a[1] / b[1]) / math.log(a[0] / b[0]), 0.8), 4.0)

@@ -1,0 +1,146 @@
+"""Curves of an orientation: uniform turn (SLERP) and smooth turns through key orientations.
+
+Each is a function of the same parameter w as the curve of the point beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from viapoint.runtime.path.bezier import bezier, differences, hermite_controls
+from viapoint.runtime.path.moves import Floats
+from viapoint.runtime.path.rates import rates_of_vector, rotation_from, vector_of_rates
+from viapoint.runtime.rotations import quaternion_multiply, rotation_vector_to_quaternion
+
+# Angles and rates below this (rad, rad per unit of w) are rounding of a fixed orientation.
+STILL = 1e-12
+_UNITS = np.eye(4)[1:]
+
+
+@dataclass(frozen=True, slots=True)
+class UniformTurn:
+    """q(w) = exp(w·rate)·q0 at a constant rate: F 5-11, but over the full angle."""
+
+    start: Floats  # (4,)
+    rate: Floats  # (3,) rad per unit of w, base axes
+
+    def quaternions(self, w: Floats) -> Floats:
+        """(N,) → (N, 4)."""
+        speed = float(np.sqrt(self.rate @ self.rate))
+        if speed == 0.0:
+            return np.tile(self.start, (len(w), 1))
+        square = _left_product(self.start, self.rate / speed)
+        half = (0.5 * speed) * w
+        turned: Floats = np.cos(half)[:, None] * self.start + np.sin(half)[:, None] * square
+        return turned
+
+    def rates(self, w: Floats) -> tuple[Floats, Floats]:
+        """(N,) → ω and dω/dw, (N, 3) each, base axes."""
+        return np.broadcast_to(self.rate, (len(w), 3)), np.zeros((len(w), 3))
+
+
+@dataclass(frozen=True, slots=True)
+class KeyedTurn:
+    """q(w) = exp(φ(w))·q_m on each interval, φ a quintic relative to a middle orientation q_m.
+
+    Between intervals orientation, ω and dω/dw are continuous by the way the quintics are made.
+    """
+
+    knots: Floats  # (K + 1,) rising; the first may be negative
+    middles: Floats  # (K, 4)
+    controls: Floats  # (K, 6, 3) Bernstein form of φ
+
+    def quaternions(self, w: Floats) -> Floats:
+        """(N,) → (N, 4)."""
+        q = np.empty((len(w), 4))
+        for k, chosen in self._intervals(w):
+            phi = bezier(self.controls[k], self._t(k, w[chosen]))
+            q[chosen] = _exp_times(phi, self.middles[k])
+        return q
+
+    def rates(self, w: Floats) -> tuple[Floats, Floats]:
+        """(N,) → ω and dω/dw, (N, 3) each, base axes."""
+        rate, change = np.empty((len(w), 3)), np.empty((len(w), 3))
+        for k, chosen in self._intervals(w):
+            t, h = self._t(k, w[chosen]), self.knots[k + 1] - self.knots[k]
+            first = differences(self.controls[k])
+            phi, phi1 = bezier(self.controls[k], t), bezier(first, t) / h
+            rate[chosen], change[chosen] = rates_of_vector(phi, phi1, bezier(differences(first), t) / h**2)
+        return rate, change
+
+    def _t(self, k: int, w: Floats) -> Floats:
+        t: Floats = (w - self.knots[k]) / (self.knots[k + 1] - self.knots[k])
+        return t
+
+    def _intervals(self, w: Floats) -> Sequence[tuple[int, slice | Floats]]:
+        if len(self.middles) == 1:
+            return [(0, slice(None))]
+        at = np.clip(np.searchsorted(self.knots, w, side="right") - 1, 0, len(self.middles) - 1)
+        return [(int(k), at == k) for k in np.unique(at)]
+
+
+Turn = UniformTurn | KeyedTurn
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """An orientation that a turn passes, with its rate and change of rate there."""
+
+    w: float
+    quaternion: Floats  # (4,)
+    rate: Floats  # (3,) rad per unit of w
+    rate_change: Floats  # (3,) rad per unit of w squared
+    onwards: Floats | None = None  # (3,) rotation vector to the next key; None at the last
+
+
+def slerp(start: Floats, turn: Floats, length: float) -> UniformTurn:
+    """The turn by the rotation vector `turn` at a constant rate over 0 … length."""
+    return UniformTurn(start, turn / length)
+
+
+def turn_about(left: Key, right: Key, middle: Floats) -> Turn:
+    """From one key to the other, matching rates and their changes; both within 180° of `middle`."""
+    still = all(np.abs(v).max() < STILL for v in (left.rate, right.rate, left.rate_change, right.rate_change))
+    if still and np.abs(rotation_from(left.quaternion, right.quaternion)).max() < STILL:
+        return UniformTurn(middle, np.zeros(3))
+    ends = []
+    for key in (left, right):
+        phi = rotation_from(middle, key.quaternion)
+        ends.append((phi, *vector_of_rates(phi, key.rate, key.rate_change)))
+    controls = hermite_controls(ends[0], ends[1], right.w - left.w)
+    return KeyedTurn(np.array([left.w, right.w]), middle[None], controls[None])
+
+
+def turn_through(keys: Sequence[Key]) -> KeyedTurn:
+    """The smooth turn through all keys, from each to the next by its `onwards`."""
+    middles, controls = [], []
+    for left, right in pairwise(keys):
+        if left.onwards is None:
+            raise ValueError("only the last key has nothing onwards")
+        half = 0.5 * left.onwards
+        middles.append(quaternion_multiply(rotation_vector_to_quaternion(half), left.quaternion))
+        # ±half, and not the logarithm of the ends: beyond 180° that would be another branch.
+        ends = [
+            (phi, *vector_of_rates(phi, key.rate, key.rate_change))
+            for phi, key in ((-half, left), (half, right))
+        ]
+        controls.append(hermite_controls(ends[0], ends[1], right.w - left.w))
+    return KeyedTurn(np.array([key.w for key in keys]), np.array(middles), np.array(controls))
+
+
+def _left_product(q: Floats, v: Floats) -> Floats:
+    """The pure quaternion (0, v) times q, (4,)."""
+    return quaternion_multiply(np.concatenate(([0.0], v)), q)
+
+
+def _exp_times(phi: Floats, q: Floats) -> Floats:
+    """exp(φ)·q for φ (N, 3), q (4,): (0, φ)·q is linear in φ, so one matrix product does it."""
+    half = 0.5 * np.sqrt(np.einsum("ni,ni->n", phi, phi))
+    scale = 0.5 * np.sinc(half / np.pi)
+    products = quaternion_multiply(_UNITS, np.broadcast_to(q, (3, 4)))
+    turned: Floats = np.cos(half)[:, None] * q + scale[:, None] * (phi @ products)
+    return turned
