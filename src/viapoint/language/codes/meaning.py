@@ -52,7 +52,8 @@ ENTRIES: Final[tuple[Entry, ...]] = (
     entry(
         "E207",
         "ENDIF without IF",
-        """ENDIF closes an IF above it. None is open here: the IF is missing, or it has been closed already.""",
+        """ENDIF closes an IF above it. None is open here: the IF is missing, or it has been closed
+        already.""",
         "ML P1 F100\nENDIF\n",
     ),
     entry(

@@ -1,0 +1,291 @@
+"""Diagnosis of statements that the grammar refuses: what is wrong, where, and what to write instead.
+
+Nothing here accepts anything: a text comes in with the offset at which the grammar gave up, and exactly
+one `Fault` goes out. Motions, whose words can be judged one by one, are diagnosed in `fault_words.py`.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from viapoint.language.commands import ACTION_BY_WORD, FIRST_WORDS, LATER_WORDS, SIGNALS
+from viapoint.language.grammar import Fault, Unexpected
+from viapoint.language.lexical import MAX_LINE, NUMBER
+from viapoint.language.suggestions import did_you_mean
+
+LATER: Final = "is not part of this version of the language"
+
+_WORD: Final = re.compile(r"\$?[A-Za-z_][A-Za-z0-9_.]*|[0-9.][A-Za-z0-9_.]*|==|!=|=<|=>|&&|\|\||.", re.DOTALL)
+_FOREIGN_OPERATORS: Final = {
+    "==": "=",
+    "!=": "<>",
+    "!": "NOT",
+    "&&": "AND",
+    "&": "AND",
+    "||": "OR",
+    "|": "OR",
+    "=>": ">=",
+    "=<": "<=",
+    "~": "NOT",
+    "%": "MOD",
+}
+_SIGNAL: Final = re.compile(rf"({'|'.join(SIGNALS)})[0-9]+", re.IGNORECASE)
+_LATER_SIGNAL: Final = re.compile(r"(AI|AO)[0-9]*|\$.*|HERE(\..*)?|TIME", re.IGNORECASE)
+_OPERATORS: Final = ("AND", "OR", "NOT", "MOD")
+
+
+def later(word: str, start: int, end: int, hint: str | None = None) -> Fault:
+    """The fault of a construct that the language reserves."""
+    return Fault("E111", f"`{word}` {LATER}", start, end, hint)
+
+
+def unbalanced(text: str) -> Fault | None:
+    """The first parenthesis of `text` without its partner, if one is."""
+    opened: list[int] = []
+    for at, character in enumerate(text):
+        if character == "(":
+            opened.append(at)
+        elif character == ")":
+            if not opened:
+                return Fault("E117", "this `)` closes nothing", at, at + 1, "remove it, or open it before")
+            opened.pop()
+    if opened:
+        return Fault("E117", "this `(` is never closed", opened[-1], opened[-1] + 1, "add the `)`")
+    return None
+
+
+def bad_number(word: str, start: int) -> Fault:
+    """The fault of a word that begins like a number and is none."""
+    end = start + len(word)
+    hint = "numbers are decimal, as in 12, -3.5 or 1E3"
+    unit = re.fullmatch(rf"[-+]?{NUMBER}(mm|cm|m|deg|°|s|ms|mm/s|deg/s|%)", word)
+    if unit is not None:
+        hint = "units are fixed (mm, deg, s, mm/s, deg/s) and not written"
+    elif re.fullmatch(r"[-+]?[0-9]+,[0-9]+", word):
+        hint = f"the decimal sign is a point: {word.replace(',', '.')}"
+    return Fault("E106", f"`{word}` is not a number", start, end, hint)
+
+
+def nothing_there(text: str, what: str, hint: str | None) -> Fault:
+    """The fault of a statement that ends too early; it covers its last word.
+
+    Where nothing follows the command word, the place begins before `text`: at the start of the statement.
+    """
+    end = len(text.rstrip())
+    start = max(text.rfind(" ", 0, end), text.rfind("\t", 0, end)) + 1 if end else -MAX_LINE
+    message = f"the statement ends where {what} is expected"
+    return Fault("E113", message, start, end, hint)
+
+
+def expression_fault(text: str, at: int, what: str = "a condition", hint: str | None = None) -> Fault:
+    """Why the expression `text` is refused at offset `at`; `what` is expected if it ends there."""
+    wrong = unbalanced(text)
+    if not text[at:].strip():
+        return wrong or nothing_there(text, what, hint)
+    found = _WORD.search(text, at + len(text[at:]) - len(text[at:].lstrip()))
+    assert found is not None
+    word, start, end = found.group(), found.start(), found.end()
+    if word in _FOREIGN_OPERATORS:
+        right = _FOREIGN_OPERATORS[word]
+        return Fault("E130", f"`{word}` is not an operator", start, end, f"write `{right}`")
+    if text[start - 1 : end] in _FOREIGN_OPERATORS:  # the grammar took the first half of == or =>
+        whole = text[start - 1 : end]
+        hint = f"write `{_FOREIGN_OPERATORS[whole]}`"
+        return Fault("E130", f"`{whole}` is not an operator", start - 1, end, hint)
+    if wrong is not None and word in "()":
+        return wrong
+    return _word_fault(text, word, start, end)
+
+
+def _word_fault(text: str, word: str, start: int, end: int) -> Fault:
+    upper = word.upper()
+    complete = _is_complete(text[:start])
+    if _LATER_SIGNAL.fullmatch(word) or upper in LATER_WORDS:
+        return later(word, start, end)
+    if upper in SIGNALS:
+        return Fault(
+            "E113", f"`{word}` needs the number of the {SIGNALS[upper]}", start, end, f"write `{upper}3`"
+        )
+    if complete and upper == "THEN":
+        return Fault("E112", f"`{word}` is not needed", start, end, "the condition ends with the line")
+    if complete and _SIGNAL.fullmatch(word):
+        hint = f"join conditions with AND or OR: `AND {word}`"
+        return Fault("E112", f"unexpected `{word}` after a complete condition", start, end, hint)
+    if word[0].isdigit() or (word[0] == "." and len(word) > 1):
+        if re.fullmatch(NUMBER, word):
+            return Fault("E112", f"unexpected number `{word}`", start, end)
+        return bad_number(word, start)
+    if word[0].isalpha():
+        return _name_fault(word, start, end, complete)
+    message = f"unexpected `{word}`"
+    if word == "=":
+        return Fault(
+            "E112", message, start, end, "only numbers are compared; a signal is true or not by itself"
+        )
+    return Fault("E112", message, start, end)
+
+
+def _name_fault(word: str, start: int, end: int, complete: bool) -> Fault:
+    if word.upper() in _OPERATORS or word.upper() in FIRST_WORDS:
+        return Fault("E112", f"unexpected `{word}`", start, end)
+    if complete:
+        hint = did_you_mean(word, ("AND", "OR", "MOD"))
+        return Fault("E112", f"unexpected `{word}`", start, end, hint)
+    return name_for_number(word, start, end, did_you_mean(word, (*SIGNALS, "NOT")))
+
+
+def name_for_number(word: str, start: int, end: int, hint: str | None = None) -> Fault:
+    """The fault of a name where a value has to stand."""
+    message = f"`{word}` is a name; naming values {LATER}"
+    return Fault("E118", message, start, end, hint or "write the number itself")
+
+
+def _is_complete(before: str) -> bool:
+    """Whether an expression could end after `before`: it ends with a number or a parenthesis."""
+    stripped = before.rstrip()
+    return bool(stripped) and (stripped[-1] == ")" or stripped[-1].isdigit() or stripped[-1] == ".")
+
+
+def action_fault(word: str, text: str, error: Unexpected) -> Fault:
+    """Why `text`, what follows the first word of an auxiliary statement, is refused."""
+    match word:
+        case "IF" | "ELSEIF":
+            if error.at >= len(text.rstrip()) and not text.strip():
+                return nothing_there(text, "a condition", f"for instance `{ACTION_BY_WORD[word].example}`")
+            return expression_fault(text, error.at)
+        case "GOTO" | "SUB":
+            return _jump_fault(word, text, error.at)
+        case "SET" | "RESET":
+            return _output_fault(word, text, error.at)
+        case "WAIT":
+            return _wait_fault(text, error.at)
+        case "ELSE" | "ENDIF" | "END":
+            return _bare_fault(word, text)
+        case _:
+            return _index_fault(word, text, error.at)
+
+
+def _at_word(text: str, at: int) -> tuple[str, int, int]:
+    start = at + len(text[at:]) - len(text[at:].lstrip())
+    end = start
+    while end < len(text) and not text[end].isspace():
+        end += 1
+    return text[start:end], start, end
+
+
+def _bare_fault(word: str, text: str) -> Fault:
+    first, start, _ = _at_word(text, 0)
+    end = len(text.rstrip())
+    joined = word + first.upper()
+    if joined in ACTION_BY_WORD:
+        return Fault("E112", f"unexpected `{first}` after `{word}`", start, end, f"write `{joined}`")
+    hint = "one statement per line" if first.upper() in FIRST_WORDS else None
+    if word == "ELSE" and _SIGNAL.match(first):
+        hint = "a branch with a condition is `ELSEIF`"
+    return Fault("E112", f"unexpected `{text[start:end]}` after `{word}`", start, end, hint)
+
+
+def _jump_fault(word: str, text: str, at: int) -> Fault:
+    example = f"for instance `{ACTION_BY_WORD[word].example}`"
+    if not text.strip():
+        return nothing_there(text, "a label", example)
+    found, start, end = _at_word(text, at)
+    name = re.match(r"\s*[A-Za-z][A-Za-z0-9_]*", text)
+    if name is None:
+        first, start, end = _at_word(text, 0)
+        if re.fullmatch(r"[0-9]+", first):
+            return Fault(
+                "E113", f"a label is expected, not `{first}`", start, end, "a label begins with a letter"
+            )
+        return Fault("E113", f"a label is expected, not `{first}`", start, end, example)
+    if not found:
+        return unbalanced(text) or nothing_there(text, "a repeat count", example)
+    if found == ":":
+        return Fault("E112", "unexpected `:`", start, end, f"write `{word} {name.group().strip()}`")
+    if start < name.end() or start == name.end():
+        label = text[: name.end()].strip() + found
+        return Fault(
+            "E112",
+            f"`{label}` is not a label",
+            name.end() - len(name.group().strip()),
+            end,
+            "a label is a letter, then letters, digits and _",
+        )
+    return _count_fault(text, at, "a repeat count", found, start, end)
+
+
+def _count_fault(text: str, at: int, what: str, found: str, start: int, end: int) -> Fault:
+    if found and found[0] in "0123456789.+-":
+        return (
+            bad_number(found, start)
+            if not re.fullmatch(rf"[-+]?{NUMBER}", found)
+            else Fault("E112", f"unexpected `{found}`", start, end)
+        )
+    if "(" in text[:start] + found:
+        return expression_fault(text, at, what)
+    if re.fullmatch(r"\$?[A-Za-z_][A-Za-z0-9_.]*", found) and not _is_complete(text[:start]):
+        return name_for_number(found, start, end)
+    hint = "one statement per line" if found.upper() in FIRST_WORDS else None
+    return Fault("E112", f"unexpected `{found}`", start, end, hint)
+
+
+def _output_fault(word: str, text: str, at: int) -> Fault:
+    example = f"for instance `{word} DO 1`"
+    found, start, end = _at_word(text, 0)
+    if not found:
+        return nothing_there(text, "`DO` and a number", example)
+    letters = re.match(r"[A-Za-z_$]*", found)
+    kind = letters.group().upper() if letters is not None else ""
+    if kind == "AO":
+        return later("AO", start, start + 2)
+    if kind == "DI":
+        return Fault("E112", "an input cannot be set", start, end, "outputs are `DO`")
+    if kind == "DO":
+        return _number_fault(f"{word} DO", text, max(at, start + 2), example)
+    if kind == "":
+        hint = f"write `{word} DO {found}`" if found.isdigit() else example
+        return Fault("E113", f"`DO` is expected, not `{found}`", start, end, hint)
+    if re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", found):
+        hint = did_you_mean(found, ("DO",)) or f"name the output by its number: `{word} DO 1`"
+        return Fault("E118", f"`{found}` is a name; naming signals {LATER}", start, end, hint)
+    return Fault("E112", f"unexpected `{found}`", start, end, example)
+
+
+def _wait_fault(text: str, at: int) -> Fault:
+    example = "for instance `WAIT 0.5` or `WAIT DI 3`"
+    found, start, end = _at_word(text, 0)
+    if not found:
+        return nothing_there(text, "a time or `DI` and a number", example)
+    upper = found.upper()
+    if re.fullmatch(r"DI[0-9]*", upper):
+        after = text[at:].split()
+        if after and after[0].upper() in {"AND", "OR", "TIMEOUT"}:
+            return later(f"WAIT … {after[0]}", *_at_word(text, at)[1:], "`WAIT DI n` waits for one input")
+        return _number_fault("WAIT DI", text, max(at, start + 2), example)
+    if re.fullmatch(r"(DO|M)[0-9]*|NOT|\(.*", upper) or _LATER_SIGNAL.fullmatch(found):
+        return later(f"WAIT {found}", start, end, example)
+    return _number_fault("WAIT", text, at, example)
+
+
+def _index_fault(word: str, text: str, at: int) -> Fault:
+    example = f"for instance `{ACTION_BY_WORD[word].example}`"
+    if not text.strip():
+        return nothing_there(text, "a number", example)
+    return _number_fault(word, text, at, example)
+
+
+def _number_fault(command: str, text: str, at: int, example: str) -> Fault:
+    found, start, end = _at_word(text, at)
+    if not found:
+        return unbalanced(text) or nothing_there(text, "a number", example)
+    previous = text[:start].rstrip()
+    if text[start - 1 : start].strip() and "(" not in previous:  # the grammar gave up inside a word
+        begin = max(text.rfind(" ", 0, start), text.rfind("\t", 0, start)) + 1
+        whole = text[begin:end]
+        digits = re.match(r"[A-Za-z]*", whole)
+        offset = digits.end() if digits is not None else 0
+        return bad_number(whole[offset:], begin + offset)
+    if command == "TANG" and found.upper().startswith("H"):
+        return Fault("E126", f"`{found}` is not a parameter with its value", start, end, "write `TANG 1 H45`")
+    return _count_fault(text, at, "a number", found, start, end)

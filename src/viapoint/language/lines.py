@@ -1,0 +1,372 @@
+"""One line of a program: comment, label and statement, the fast path first, then the grammar.
+
+Collects statements and diagnostics; a bad line adds diagnostics and nothing else, so the lines after it
+are read as if it were not there.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from viapoint.language import tree
+from viapoint.language.checks import base_key, check_layout, check_missing, parameters_of
+from viapoint.language.commands import (
+    ACTION_BY_WORD,
+    FIRST_WORDS,
+    H_TANGENT,
+    LATER_STATEMENTS,
+    MOTION_BY_WORD,
+    ActionCommand,
+    Domain,
+    Operand,
+    Parameter,
+)
+from viapoint.language.diagnostics import Diagnostic, Label
+from viapoint.language.fault_words import scan_parameters
+from viapoint.language.faults import action_fault, later
+from viapoint.language.grammar import (
+    Fault,
+    Given,
+    Operands,
+    Part,
+    Unexpected,
+    as_condition,
+    as_number,
+    parse_action,
+    parse_motion,
+)
+from viapoint.language.lexical import MAX_LINE, NAME, code_end, is_code, is_keyword
+from viapoint.language.shapes import BARE_NODES, CONDITION_NODES, JUMP_NODES, quick, value_node
+from viapoint.language.source import Source, Span
+from viapoint.language.suggestions import command_hint
+
+_LABEL: Final = re.compile(rf"({NAME})[ \t]*:")
+_FIRST: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_GLUED_FIRST: Final = re.compile(r"([A-Za-z]+)(?=[-+.0-9(])")
+_ELSE_IF: Final = re.compile(r"[ \t]+IF(?![A-Za-z0-9_])", re.IGNORECASE)
+_STRAY: Final = re.compile(r"[^\t -~]")
+_TAKES_GLUED: Final = frozenset(
+    command.word
+    for command in ACTION_BY_WORD.values()
+    if command.operand in (Operand.VALUE, Operand.TANGENT) and len(command.words) == 1
+)
+_LOOK_ALIKES: Final = {
+    "\u00a0": "a blank that is not the ordinary one",
+    "\u2212": "a minus sign; write `-`",
+    "\u2013": "a dash; write `-`",
+    "\u201c": 'a typographic quote; write `"`',
+    "\u201d": 'a typographic quote; write `"`',
+    "\uff1a": "a wide colon; write `:`",
+}
+
+
+class LineReader:
+    """Reads lines of one source into `statements` and `diagnostics`."""
+
+    __slots__ = ("_line", "_source", "_use_shapes", "diagnostics", "statements")
+
+    def __init__(self, source: Source, *, use_shapes: bool = True) -> None:
+        self.statements: list[tree.Statement] = []
+        self.diagnostics: list[Diagnostic] = []
+        self._source = source
+        self._use_shapes = use_shapes
+        self._line = 0
+
+    def read(self, line: int, start: int, text: str) -> None:
+        """Read line number `line`, whose first character has the offset `start`."""
+        self._line = line
+        if len(text) > MAX_LINE:
+            message = f"the line has {len(text)} characters; at most {MAX_LINE} are allowed"
+            self._report(Fault("E103", message, 0, MAX_LINE, "is this a program file?"), start)
+            return
+        end, quote = code_end(text)
+        if quote is not None:
+            self._report(
+                Fault("E105", "the string is not closed", quote, len(text), 'end it with `"`'), start
+            )
+            return
+        code = text[:end].rstrip(" \t\r")
+        body = code.lstrip(" \t")
+        if not body:
+            return
+        stray = _STRAY.search(code)
+        if stray is not None:
+            self._report(_stray_fault(stray.group(), stray.start()), start)
+            return
+        self._statement(body, start + len(code) - len(body))
+
+    def _report(self, fault: Fault, offset: int, labels: tuple[Label, ...] = ()) -> None:
+        self.diagnostics.append(
+            Diagnostic(
+                code=fault.code,
+                message=fault.message,
+                source=self._source,
+                span=Span(offset + fault.start, offset + fault.end),
+                hint=fault.hint,
+                labels=labels,
+            )
+        )
+
+    def _statement(self, text: str, start: int) -> None:
+        """A statement from its text, stripped; labels before it are taken off first."""
+        if self._use_shapes:
+            made = quick(text, self._line, start)
+            if made is not None:
+                self.statements.append(made)
+                return
+        label = _LABEL.match(text)
+        if label is None:
+            self._command(text, start)
+            return
+        self._label(label.group(1), start)
+        rest = text[label.end() :]
+        body = rest.lstrip(" \t")
+        if body:
+            self._statement(body, start + len(text) - len(body))
+
+    def _label(self, name: str, start: int) -> None:
+        fault = label_fault(name, 0)
+        if fault is not None:
+            self._report(fault, start)
+        else:
+            self.statements.append(tree.Label(self._line, start, start + len(name), name))
+
+    def _command(self, text: str, start: int) -> None:
+        found = _FIRST.match(text)
+        word = found.group().upper() if found is not None else ""
+        if word not in FIRST_WORDS:
+            glued = _GLUED_FIRST.match(text)
+            if glued is None or glued.group().upper() not in _TAKES_GLUED:
+                self._report(_first_fault(text, found), start)
+                return
+            word = glued.group().upper()
+        after = len(word)
+        else_if = _ELSE_IF.match(text, after) if word == "ELSE" else None
+        if else_if is not None:
+            word, after = "ELSEIF", else_if.end()
+        if word in MOTION_BY_WORD:
+            self._motion(word, text, after, start)
+        else:
+            self._action(word, text, after, start)
+
+    def _motion(self, word: str, text: str, after: int, start: int) -> None:
+        faults: list[Fault] = []
+        meant: set[str] = set()
+        try:
+            given = parse_motion(text[after:])
+        except (Fault, Unexpected) as error:
+            scan = scan_parameters(text[after:])
+            given, faults, meant = scan.given, scan.faults, scan.meant
+            if not faults:
+                faults = [_unexplained(error, text[after:])]
+        for fault in faults:
+            self._report(fault, start + after)
+        sound = self._check(word, given, start + after) and not faults
+        layout = tree.Layout(word, tuple(each.key for each in given))
+        for need in check_missing(layout):
+            wanted = {base_key(key) for key in (*need.any_of, *need.all_of)}
+            if wanted & {base_key(key) for key in meant if key}:
+                continue
+            sound = False
+            message = f"`{word}` needs a {need.name}"
+            self._report(Fault("E123", message, 0, len(word), f"for instance {need.example}"), start)
+        if sound:
+            values = _values(word, given)
+            self.statements.append(tree.Motion(self._line, start, start + len(text), layout, values))
+
+    def _check(self, word: str, given: list[Given], offset: int) -> bool:
+        """Report what the table finds wrong with the codes and values of a motion."""
+        layout = tree.Layout(word, tuple(each.key for each in given))
+        findings = check_layout(layout)
+        for finding in findings:
+            place = given[finding.at]
+            labels: tuple[Label, ...] = ()
+            if finding.other is not None:
+                first = given[finding.other]
+                labels = (Label(Span(offset + first.start, offset + first.end), "the other one"),)
+            fault = Fault(finding.code, finding.message, place.start, place.end, finding.hint)
+            self._report(fault, offset, labels)
+        known = parameters_of(word)
+        sound = not findings
+        for each in given:
+            parameter = known.get(base_key(each.key))
+            if parameter is not None and not parameter.domain.holds(each.value):
+                self._report(_domain_fault(each, parameter), offset)
+                sound = False
+        return sound
+
+    def _action(self, word: str, text: str, after: int, start: int) -> None:
+        end = start + len(text)
+        try:
+            called = re.match(rf"[ \t]+{NAME}\(", text[after:]) if word in JUMP_NODES else None
+            if called is not None:
+                raise later(
+                    "SUB NAME(…)", called.start() + 1, called.end(), "a count stands apart: `SUB CUT 3`"
+                )
+            operands = parse_action(word, text[after:])
+            made = self._build(operands, start, end, after)
+        except Fault as fault:
+            self._report(fault, start + after)
+        except Unexpected as error:
+            fault = action_fault(word, text[after:], error)
+            fault.start = max(fault.start, -after)
+            self._report(fault, start + after)
+        else:
+            self.statements.append(made)
+
+    def _build(self, operands: Operands, start: int, end: int, after: int) -> tree.Statement:
+        command = ACTION_BY_WORD[operands.command]
+        line = self._line
+        match command.operand:
+            case Operand.NOTHING:
+                bare: tree.Statement = BARE_NODES[command.word](line, start, end)
+                return bare
+            case Operand.VALUE:
+                node, tail = value_node(command.word)
+                value = _checked(command, operands.parts[0])
+                single: tree.Statement = node(line, start, end, value, *tail)
+                return single
+            case Operand.TANGENT:
+                on = int(_checked(command, operands.parts[0]))
+                return tree.Tangent(line, start, end, on, _offset(operands, on))
+            case Operand.LABEL_TIMES:
+                label = operands.label
+                assert label is not None
+                refused = label_fault(str(label), label.start_pos or 0)
+                if refused is not None:
+                    raise refused
+                times = int(_checked(command, operands.parts[0])) if operands.parts else None
+                jump: tree.Statement = JUMP_NODES[command.word](line, start, end, str(label), times)
+                return jump
+            case Operand.CONDITION:
+                condition = shift(as_condition(operands.parts[0]), after)
+                branch: tree.Statement = CONDITION_NODES[command.word](line, start, end, condition)
+                return branch
+
+
+def shift(node: tree.Condition, by: int) -> tree.Condition:
+    """The condition with its offsets moved by `by`. Depth is bounded by the grammar."""
+    start, end = node.start + by, node.end + by
+    match node:
+        case tree.Signal():
+            return tree.Signal(start, end, node.kind, node.number)
+        case tree.Not():
+            return tree.Not(start, end, shift(node.operand, by))
+        case tree.Compare():
+            left, right = (
+                tree.Number(each.start + by, each.end + by, each.value) for each in (node.left, node.right)
+            )
+            return tree.Compare(start, end, node.operator, left, right)
+        case tree.And():
+            return tree.And(start, end, tuple(shift(each, by) for each in node.operands))
+        case tree.Or():
+            return tree.Or(start, end, tuple(shift(each, by) for each in node.operands))
+
+
+def label_fault(name: str, start: int) -> Fault | None:
+    """Why a label cannot be called `name`; None if it can."""
+    end = start + len(name)
+    if is_keyword(name):
+        hint = f"choose another name, such as `{name}_1`"
+        return Fault("E114", f"`{name}` is a word of the language and cannot be a label", start, end, hint)
+    if is_code(name):
+        digits = len(name.rstrip("0123456789"))
+        hint = f"choose another name, such as `{name[:digits]}_{name[digits:]}`"
+        return Fault(
+            "E115", f"`{name}` reads as a parameter or signal and cannot be a label", start, end, hint
+        )
+    return None
+
+
+def _values(word: str, given: list[Given]) -> tuple[float, ...]:
+    known = parameters_of(word)
+    return tuple(
+        int(each.value) if known[base_key(each.key)].domain.is_whole else each.value for each in given
+    )
+
+
+def _domain_text(domain: Domain, shown: str, value: float) -> tuple[str, str]:
+    code = "E125" if domain.is_whole and (value < 0 or not float(value).is_integer()) else "E124"
+    return code, f"{shown} must be {domain.text}, not {value:.15g}"
+
+
+def _domain_fault(given: Given, parameter: Parameter) -> Fault:
+    code, message = _domain_text(parameter.domain, f"`{given.key}` ({parameter.doc})", given.value)
+    return Fault(code, message, given.start, given.end)
+
+
+def _checked(command: ActionCommand, part: Part) -> float:
+    """The number of `part`, in its domain; an int where the domain is of whole numbers."""
+    value = as_number(part).value or 0.0
+    domain = command.domain
+    assert domain is not None
+    if not domain.holds(value):
+        shown = f"the number of `{command.word}`"
+        if command.operand is Operand.LABEL_TIMES:
+            shown = "the repeat count"
+        code, message = _domain_text(domain, shown, value)
+        raise Fault(code, message, part.start, part.end, f"for instance `{command.example}`")
+    return int(value) if domain.is_whole else value
+
+
+def _offset(operands: Operands, on: int) -> float:
+    given = operands.given
+    if given is None:
+        return 0.0
+    if given.key != H_TANGENT.key:
+        message = f"`TANG` has no parameter `{given.key}`"
+        raise Fault("E121", message, given.start, given.end, "its only parameter is H, as in `TANG 1 H45`")
+    if not on:
+        raise Fault("E121", "`H` has no meaning with `TANG 0`", given.start, given.end, "write `TANG 0`")
+    if not H_TANGENT.domain.holds(given.value):
+        raise _domain_fault(given, H_TANGENT)
+    return given.value
+
+
+def _unexplained(error: Fault | Unexpected, text: str) -> Fault:
+    """The scan saw nothing wrong though the grammar did: report the grammar's own place."""
+    if isinstance(error, Fault):
+        return error
+    return Fault("E112", "unexpected text", min(error.at, len(text.rstrip())), len(text.rstrip()))
+
+
+def _stray_fault(character: str, at: int) -> Fault:
+    if character == "\0":
+        return Fault("E102", "the line holds a NUL character", at, at + 1, "is this a text file?")
+    name = f"`{character}`" if character.isprintable() else f"U+{ord(character):04X}"
+    hint = _LOOK_ALIKES.get(character, "other than ASCII characters may stand in comments and strings only")
+    return Fault("E104", f"{name} cannot stand here", at, at + 1, hint)
+
+
+def _first_fault(text: str, found: re.Match[str] | None) -> Fault:
+    """A line that begins with no command."""
+    if found is None:
+        word = text.split()[0]
+        if word[0] in ";#'/*%":
+            return Fault("E110", f"unexpected `{word[0]}`", 0, len(text), "a comment begins with `//`")
+        if word[0] == ":":
+            return Fault("E113", "the name of the label is missing", 0, 1, "a label is `NAME:`")
+        if word[0] == "$":
+            return later(word, 0, len(word))
+        hint = "a statement begins with a command, such as `ML P1`"
+        return Fault("E110", f"`{word}` is not a command", 0, len(word), hint)
+    word = found.group()
+    if word.upper() in LATER_STATEMENTS:
+        return later(word, 0, len(word))
+    if re.match(rf"{NAME}\([^()]*\)[ \t]*:", text):
+        return later(f"{word}(…):", 0, len(word), "a label without parameters is `NAME:`")
+    rest = text[len(word) :].strip()
+    if word.upper() in {"T", "M"}:
+        return Fault("E113", f"`{word}` needs a number", 0, len(text), f"for instance `{word.upper()} 1`")
+    if is_code(word) or rest.startswith("="):
+        hint = (
+            f"a statement begins with a command, such as `ML {word}`"
+            if is_code(word)
+            else ("a statement begins with a command, such as `ML X=100`")
+        )
+        return Fault("E110", f"`{word}` is not a command", 0, len(word), hint)
+    hint = command_hint(word, FIRST_WORDS)
+    if not rest and hint.startswith("commands are"):
+        hint = f"a label is declared with a colon: `{word}:`"
+    return Fault("E110", f"there is no command `{word}`", 0, len(word), hint)
