@@ -47,14 +47,11 @@ class SyntheticRun:
 
 
 def skeleton(joints: np.ndarray) -> np.ndarray:
-    """Two links: one turns with J1, the other stands on it."""
-    frames = np.broadcast_to(np.eye(4), (len(joints), 2, 4, 4)).copy()
-    c, s = np.cos(joints[:, 0]), np.sin(joints[:, 0])
-    frames[:, :, 0, 0] = frames[:, :, 1, 1] = c[:, None]
-    frames[:, :, 1, 0], frames[:, :, 0, 1] = s[:, None], -s[:, None]
-    frames[:, 0, 2, 3] = 0.4
-    frames[:, 1, :3, 3] = np.stack((c, s, np.full_like(c, 0.4)), axis=-1)
-    return frames
+    """A column of 0.4 m and an arm of 1 m that turns with J1."""
+    points = np.zeros((len(joints), 3, 3))
+    points[:, 1:, 2] = 0.4
+    points[:, 2, 0], points[:, 2, 1] = np.cos(joints[:, 0]), np.sin(joints[:, 0])
+    return points
 
 
 def synthetic(ticks: int = 2500, *, slower: float = 1.0, tick_s: float = 0.001) -> SyntheticRun:

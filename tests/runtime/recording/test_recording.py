@@ -128,8 +128,11 @@ def test_foreign_decoder_reads_every_topic(run, tmp_path: Path) -> None:
     assert names == [("base", "link1"), ("link1", "link2"), ("base", "tool")]
     angle = run.window.joints[tick, 0]
     first, second, tool = frames.transforms
-    np.testing.assert_allclose(first.rotation.z, np.sin(angle / 2), atol=1e-15)
-    np.testing.assert_allclose((second.translation.x, second.translation.y), (1, 0), atol=1e-15)
+    assert (first.translation.z, first.rotation.w) == (0, 1)
+    np.testing.assert_allclose(second.translation.z, 0.4)
+    q = second.rotation
+    z = [2 * (q.x * q.z + q.w * q.y), 2 * (q.y * q.z - q.w * q.x), 1 - 2 * (q.x**2 + q.y**2)]
+    np.testing.assert_allclose(z, [np.cos(angle), np.sin(angle), 0], atol=1e-15)
     assert tool.translation.x == run.window.position[tick, 0]
 
     _, block = topics["/trace"][1]
@@ -176,3 +179,21 @@ def test_attachments_hold_program_cell_and_layouts(run, tmp_path: Path) -> None:
     lichtblick = json.loads(attached["layout/lichtblick.json"])
     assert lichtblick["configById"]["3D!scene"]["topics"]["/scene"] == {"visible": True}
     assert 'name=="J6"' in json.dumps(foxglove).replace("\\", "")
+
+
+def test_links_chain_back_to_the_wire_frame() -> None:
+    from viapoint.runtime.recording.scene import chained, link_frames
+    from viapoint.runtime.rotations import quaternion_multiply, quaternion_to_matrix
+
+    points = np.random.default_rng(7).normal(size=(50, 6, 3))
+    points[:, 4] = points[:, 3] - [0, 0, 0.5]  # straight down
+    points[:, 5] = points[:, 4]  # a link without length
+    position, quaternion = chained(*link_frames(points))
+    at, turn = np.zeros((50, 3)), np.tile([1.0, 0, 0, 0], (50, 1))
+    for i in range(5):
+        at = at + (quaternion_to_matrix(turn) @ position[:, i, :, None])[..., 0]
+        turn = quaternion_multiply(turn, quaternion[:, i])
+        np.testing.assert_allclose(at, points[:, i], atol=1e-12)
+        along = points[:, i + 1] - points[:, i]
+        tip = quaternion_to_matrix(turn)[..., 2] * np.linalg.norm(along, axis=-1, keepdims=True)
+        np.testing.assert_allclose(tip, along, atol=1e-12)

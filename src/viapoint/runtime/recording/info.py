@@ -80,8 +80,8 @@ class RunInfo:
 
 
 class Skeleton(Protocol):
-    """The robot as the scene draws it."""
+    """The robot as the scene draws it: `Robot.link_points`."""
 
     def __call__(self, joints: Floats, /) -> Floats:
-        """(N, n) joints in rad or m → (N, m, 4, 4) pose of each link's frame in the base frame."""
+        """(N, n) joints in rad or m → (N, k, 3) m: the wire frame from base to flange, in the base frame."""
         ...

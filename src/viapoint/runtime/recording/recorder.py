@@ -16,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ..records import Event, Ints, Window
-from ..rotations import matrix_to_quaternion
 from . import layouts, scene
 from .blocks import BlockBuilder, Joined
 from .info import Floats, RunInfo, Skeleton
@@ -68,7 +67,7 @@ class Recorder:
         radii: tuple[float, ...] = (),
         ros: bool = False,
     ) -> None:
-        """Overwrites `path`; raises OSError. `skeleton` places the links, `radii` (m) are their capsules';
+        """Overwrites `path`; raises OSError. `skeleton` draws the robot, `radii` (m) its capsules;
         `ros` adds `/joint_states_ros`."""
         self._info = info
         self._skeleton = skeleton
@@ -172,26 +171,21 @@ class Recorder:
         )
 
     def _write_frames(self, block: Joined, rows: Rows, stamps: Ints) -> None:
-        count = len(rows)
-        links = np.empty((count, 0, 4, 4))
+        """Links as a chain from the base; the tool hangs at the base too: it shows the TCP as sent."""
+        position, quaternion = block.position[rows][:, None], block.quaternion[rows][:, None]
         if self._skeleton is not None:
-            links = np.asarray(self._skeleton(block.actual[rows]))
-        if self._frame_template is None:
-            self._frame_template = _frame_template(links.shape[1])
-            if links.shape[1]:
-                entities = scene.link_entities(links[0], self._radii)
+            points = np.asarray(self._skeleton(block.actual[rows]))
+            if self._frame_template is None:
+                entities = scene.link_entities(points[0], self._radii)
                 self._file.message("/scene", scene.scene_update(entities), 0)
-        values = np.empty((count, links.shape[1] + 1, 7))
-        if links.shape[1]:
-            parents = np.concatenate((np.broadcast_to(np.eye(4), (count, 1, 4, 4)), links[:, :-1]), axis=1)
-            turned = np.swapaxes(parents[..., :3, :3], -1, -2)
-            offset = links[..., :3, 3] - parents[..., :3, 3]
-            values[:, :-1, :3] = (turned @ offset[..., None])[..., 0]
-            quaternion = matrix_to_quaternion(turned @ links[..., :3, :3])
-            values[:, :-1, 3:] = np.roll(quaternion, -1, axis=-1)  # protobuf order x y z w
-        values[:, -1, :3] = block.position[rows]
-        values[:, -1, 3:] = np.roll(block.quaternion[rows], -1, axis=-1)
-        messages = self._frame_template.encode(stamps, values.reshape(count, -1))
+            p, q = scene.chained(*scene.link_frames(points))
+            position = np.concatenate((p, position), axis=1)
+            quaternion = np.concatenate((q, quaternion), axis=1)
+        if self._frame_template is None:
+            self._frame_template = _frame_template(position.shape[1] - 1)
+        turned = np.concatenate((quaternion[..., 1:], quaternion[..., :1]), axis=-1)  # protobuf: x y z w
+        values = np.concatenate((position, turned), axis=-1)
+        messages = self._frame_template.encode(stamps, values.reshape(len(rows), -1))
         for stamp, message in zip(stamps.tolist(), messages, strict=True):
             self._file.message("/tf", message, stamp)
 
@@ -272,7 +266,6 @@ def _joint_template(info: RunInfo) -> Template:
 
 
 def _frame_template(links: int) -> Template:
-    """Links form a chain from the base; the tool hangs at the base too, so that it shows the TCP as sent."""
     chain = [("base" if i == 0 else scene.link_name(i - 1), scene.link_name(i)) for i in range(links)]
     parts = []
     for parent, child in [*chain, ("base", "tool")]:

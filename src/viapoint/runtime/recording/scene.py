@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..rotations import matrix_to_quaternion
+from ..rotations import quaternion_conjugate, quaternion_multiply
 from .info import Floats
 from .wire import NANOSECONDS
 
 if TYPE_CHECKING:
-    from foxglove.messages import Color, Pose, SceneEntity
+    from foxglove.messages import Color, SceneEntity
 
 LINK_RADIUS = 0.05  # m, where the robot states no capsule
 SHORT = 1e-6  # m; links shorter than this have no direction to draw
+DOWNWARD = 1e-9  # 1 + cos of the angle to upright; below this Z points straight down
 LINE_WIDTH = 2.0  # pixels
 
 
@@ -31,22 +32,55 @@ def _colour(red: float, green: float, blue: float, alpha: float = 1.0) -> Color:
     return Color(r=red, g=green, b=blue, a=alpha)
 
 
-def link_entities(frames: Floats, radii: tuple[float, ...]) -> list[SceneEntity]:
-    """(m, 4, 4) link frames of one pose → a cylinder from each link's origin to the next one's."""
-    from foxglove.messages import CylinderPrimitive, Duration, SceneEntity, Timestamp, Vector3
+def link_frames(points: Floats) -> tuple[Floats, Floats]:
+    """(N, k, 3) wire frame → positions (N, k−1, 3) and quaternions (N, k−1, 4) of the links' frames.
+
+    Link i stands at point i with Z along to point i + 1. The turn about Z is the smallest from upright:
+    links are drawn round.
+    """
+    along = np.diff(points, axis=1)
+    length = np.linalg.norm(along, axis=-1, keepdims=True)
+    up = np.array([0.0, 0.0, 1.0])
+    z = np.where(length > SHORT, along / np.maximum(length, SHORT), up)
+    q = np.stack((1.0 + z[..., 2], -z[..., 1], z[..., 0], np.zeros(z.shape[:-1])), axis=-1)
+    down = q[..., :1] < DOWNWARD
+    q = np.where(down, np.array([0.0, 1.0, 0.0, 0.0]), q)
+    return points[:, :-1], q / np.linalg.norm(q, axis=-1, keepdims=True)
+
+
+def chained(position: Floats, quaternion: Floats) -> tuple[Floats, Floats]:
+    """Poses (N, m) in the base frame → each in the frame of the one before it, the first in the base."""
+    inverse = quaternion_conjugate(quaternion[:, :-1])
+    offset = np.diff(position, axis=1)
+    axis, w = inverse[..., 1:], inverse[..., :1]
+    twice = 2.0 * np.cross(axis, offset)
+    moved = position.copy()
+    moved[:, 1:] = offset + w * twice + np.cross(axis, twice)
+    turned = quaternion.copy()
+    turned[:, 1:] = quaternion_multiply(inverse, quaternion[:, 1:])
+    return moved, turned
+
+
+def link_entities(points: Floats, radii: tuple[float, ...]) -> list[SceneEntity]:
+    """(k, 3) wire frame of any pose → a round body per link, fixed to the link's frame."""
+    from foxglove.messages import (
+        CylinderPrimitive,
+        Duration,
+        Pose,
+        Quaternion,
+        SceneEntity,
+        Timestamp,
+        Vector3,
+    )
 
     entities = []
-    origins = np.concatenate((np.zeros((1, 3)), frames[:, :3, 3]))
-    poses = np.concatenate((np.eye(4)[None], frames))
-    for i in range(len(frames)):
-        offset = poses[i, :3, :3].T @ (origins[i + 1] - origins[i])
-        length = float(np.linalg.norm(offset))
+    for i, length in enumerate(np.linalg.norm(np.diff(points, axis=0), axis=-1).tolist()):
         if length < SHORT:
             continue
         radius = radii[min(i, len(radii) - 1)] if radii else LINK_RADIUS
         shade = 0.95 if i % 2 else 0.6
         cylinder = CylinderPrimitive(
-            pose=_along(offset),
+            pose=Pose(position=Vector3(x=0, y=0, z=length / 2), orientation=Quaternion(x=0, y=0, z=0, w=1)),
             size=Vector3(x=2 * radius, y=2 * radius, z=length),
             bottom_scale=1.0,
             top_scale=1.0,
@@ -55,27 +89,14 @@ def link_entities(frames: Floats, radii: tuple[float, ...]) -> list[SceneEntity]
         entities.append(
             SceneEntity(
                 timestamp=Timestamp(0, 0),
-                frame_id="base" if i == 0 else link_name(i - 1),
-                id=f"body{i}",
+                frame_id=link_name(i),
+                id=link_name(i),
                 lifetime=Duration(0, 0),
                 frame_locked=True,
                 cylinders=[cylinder],
             )
         )
     return entities
-
-
-def _along(offset: Floats) -> Pose:
-    """The pose whose Z axis runs along `offset`, at its middle."""
-    from foxglove.messages import Pose, Quaternion, Vector3
-
-    z = offset / np.linalg.norm(offset)
-    helper = np.eye(3)[int(np.argmin(np.abs(z)))]
-    x = np.cross(helper, z)
-    x /= np.linalg.norm(x)
-    w, qx, qy, qz = matrix_to_quaternion(np.stack((x, np.cross(z, x), z), axis=-1)).tolist()
-    mx, my, mz = (offset / 2).tolist()
-    return Pose(position=Vector3(x=mx, y=my, z=mz), orientation=Quaternion(x=qx, y=qy, z=qz, w=w))
 
 
 def line_entity(name: str, points: Floats, *, nanoseconds: int, programmed: bool) -> SceneEntity:
