@@ -1,14 +1,11 @@
-"""Collects the compiler's diagnostics and words the suggestions in them."""
+"""Collects the compiler's diagnostics and words the hints about a cell's indices."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 
 from viapoint.language.diagnostics import Diagnostic, Label
 from viapoint.language.source import Source, Span
-
-SUGGESTION_CUTOFF = 0.6
-"""How alike (difflib's ratio, 0 to 1) a name must be to be suggested: one or two letters of five."""
 
 LISTED = 8
 """How many of the defined indices a hint names."""
@@ -35,15 +32,6 @@ class Findings:
                 labels=tuple(Label(place, text) for place, text in labels),
             )
         )
-
-
-def did_you_mean(name: str, names: Iterable[str]) -> str | None:
-    """The hint for a misspelt name; None where nothing is near."""
-    from difflib import get_close_matches  # a millisecond, and only where something is wrong
-
-    by_key = {each.upper(): each for each in names}
-    found = get_close_matches(name.upper(), by_key, n=1, cutoff=SUGGESTION_CUTOFF)
-    return f"did you mean {by_key[found[0]]}?" if found else None
 
 
 def defined_are(kind: str, letter: str, index: int, defined: Collection[int]) -> str:

@@ -201,5 +201,5 @@ def loop_without_motion(findings: Findings, span: Span, label: str, line: int) -
         "W507",
         span,
         f"the loop from line {line} to here has neither motion nor waiting in it and never ends",
-        f"put a motion or a WAIT between {label}: and this line",
+        f"put a motion or a WAIT between `{label}:` and this line",
     )

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from viapoint.compiler.blocks import Blocks
-from viapoint.compiler.findings import Findings, did_you_mean
+from viapoint.compiler.findings import Findings
+from viapoint.language.suggestions import did_you_mean
 from viapoint.language.tree import Goto, Label, Sub, name_key, statement_span
 from viapoint.vm.instructions import SIZES, Instruction
 
@@ -52,7 +53,7 @@ class Labels:
             self._findings.add(
                 "E202",
                 statement_span(statement),
-                f"label {statement.name} is declared twice",
+                f"label `{statement.name}` is declared twice",
                 f"it stands in line {earlier.statement.line} already; give one of them another name",
                 (statement_span(earlier.statement), "first declared here"),
             )
@@ -94,8 +95,8 @@ class Labels:
         self._findings.add(
             "E201",
             statement_span(statement),
-            f"unknown label {statement.label}",
-            did_you_mean(statement.label, names) or f"declare it with {statement.label}: on a line",
+            f"unknown label `{statement.label}`",
+            did_you_mean(statement.label, names) or f"declare it with `{statement.label}:` on a line",
         )
 
     def _check(self, reference: Reference, definition: Definition) -> None:
@@ -104,7 +105,7 @@ class Labels:
             self._findings.add(
                 "E204",
                 statement_span(statement),
-                f"label {definition.statement.name} stands inside an IF block that this line is not in",
+                f"label `{definition.statement.name}` stands inside an IF block that this line is not in",
                 "put the label in front of the IF or behind its ENDIF",
                 (statement_span(definition.statement), "the label is here"),
             )
@@ -116,7 +117,7 @@ class Labels:
             self._findings.add(
                 "E203",
                 statement_span(statement),
-                f"a GOTO with a count goes back, but label {definition.statement.name} stands below",
+                f"a GOTO with a count goes back, but label `{definition.statement.name}` stands below",
                 "leave the count out, or put the label in front of the lines to repeat",
                 (statement_span(definition.statement), "the label is here"),
             )
@@ -131,7 +132,7 @@ class Labels:
                 statement_span(statement),
                 f"this GOTO and the one in line {label.counted.line} count to the same label:"
                 " each jump starts the other's count afresh",
-                f"give each its own label: put a second one beside {label.statement.name}:",
+                f"give each its own label: put a second one beside `{label.statement.name}:`",
                 (statement_span(label.counted), "the other counted GOTO"),
             )
         label.counted = statement
@@ -150,13 +151,13 @@ class Labels:
                 self._findings.add(
                     "W503",
                     statement_span(definition.statement),
-                    f"label {name} is never used",
+                    f"label `{name}` is never used",
                     "remove it, or jump to it with GOTO or SUB",
                 )
             elif definition.called and definition.fallen_into:
                 self._findings.add(
                     "W502",
                     statement_span(definition.statement),
-                    f"execution runs from the line above into subroutine {name}",
+                    f"execution runs from the line above into subroutine `{name}`",
                     "put END in front of it if that is not meant",
                 )
