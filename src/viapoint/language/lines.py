@@ -46,6 +46,9 @@ _FIRST: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _GLUED_FIRST: Final = re.compile(r"([A-Za-z]+)(?=[-+.0-9(])")
 _ELSE_IF: Final = re.compile(r"[ \t]+IF(?![A-Za-z0-9_])", re.IGNORECASE)
 _STRAY: Final = re.compile(r"[^\t -~]")
+_LONG_QUOTE: Final = re.compile(r"`([^`]{40})[^`]{20,}`")
+"""Quoted text is cut in messages: they are to be read, the place shows the rest."""
+
 _TAKES_GLUED: Final = frozenset(
     command.word
     for command in ACTION_BY_WORD.values()
@@ -100,7 +103,7 @@ class LineReader:
         self.diagnostics.append(
             Diagnostic(
                 code=fault.code,
-                message=fault.message,
+                message=_LONG_QUOTE.sub(r"`\1…`", fault.message),
                 source=self._source,
                 span=Span(offset + fault.start, offset + fault.end),
                 hint=fault.hint,
@@ -209,9 +212,9 @@ class LineReader:
         except Fault as fault:
             self._report(fault, start + after)
         except Unexpected as error:
-            fault = action_fault(word, text[after:], error)
-            fault.start = max(fault.start, -after)
-            self._report(fault, start + after)
+            found = action_fault(word, text[after:], error)
+            found.start = max(found.start, -after)
+            self._report(found, start + after)
         else:
             self.statements.append(made)
 

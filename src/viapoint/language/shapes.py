@@ -45,8 +45,8 @@ class Template(NamedTuple):
     """How to build the statement of a shape.
 
     `indent` blanks stand before it, `trailing` characters after it; `converters` make values of its
-    `holes` numbers or raise ValueError; `layout` is None for what is not a motion: then `node` is built of the
-    values and `tail`.
+    `holes` numbers or raise ValueError; `layout` is None for what is not a motion: then `node` is built
+    of the values and `tail`.
     """
 
     layout: tree.Layout | None
