@@ -1,0 +1,17 @@
+"""The motion kernel: motion buffer, planner, clock, generator. Everything that has a state while running."""
+
+from viapoint.runtime.kernel.failure import ExecutionError, MotionError, PlanningError
+from viapoint.runtime.kernel.kernel import Interpreter, Kernel, State
+from viapoint.runtime.kernel.peaks import ratios
+from viapoint.runtime.kernel.planner import Corner
+
+__all__ = [
+    "Corner",
+    "ExecutionError",
+    "Interpreter",
+    "Kernel",
+    "MotionError",
+    "PlanningError",
+    "State",
+    "ratios",
+]

@@ -1,0 +1,73 @@
+"""The circular motion buffer: one slot per statement's effect, three indices that never overtake.
+
+Interpreter, planner and generator each own an index; interpreter ≥ planner ≥ generator. A slot is
+free again when the generator has passed it (F ch. 9, main controller).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Generic, TypeVar
+
+from viapoint.vm.ports import Call
+
+Plan = TypeVar("Plan")
+
+
+@dataclass(slots=True)
+class Entry(Generic[Plan]):
+    """One call in the buffer; `plan` is what the planner worked out for it."""
+
+    number: int
+    call: Call
+    plan: Plan | None = field(default=None)
+
+
+class MotionBuffer(Generic[Plan]):
+    """`capacity` slots used round and round; the three indices count entries since the start of the run."""
+
+    def __init__(self, capacity: int) -> None:
+        self._slots: list[Entry[Plan] | None] = [None] * capacity
+        self.interpreter = 0
+        self.planner = 0
+        self.generator = 0
+
+    @property
+    def fill(self) -> int:
+        """Entries between generator and interpreter."""
+        return self.interpreter - self.generator
+
+    @property
+    def full(self) -> bool:
+        return self.fill == len(self._slots)
+
+    def put(self, call: Call) -> bool:
+        """Interpreter: append `call`; False when there is no free slot."""
+        if self.full:
+            return False
+        self._slots[self.interpreter % len(self._slots)] = Entry(self.interpreter, call)
+        self.interpreter += 1
+        return True
+
+    def to_plan(self) -> Entry[Plan] | None:
+        """Planner: the next entry to plan, if the interpreter has put one."""
+        return self._get(self.planner) if self.planner < self.interpreter else None
+
+    def planned(self) -> None:
+        """Planner: done with the entry of `to_plan`."""
+        self.planner += 1
+
+    def to_execute(self, ahead: int = 0) -> Entry[Plan] | None:
+        """Generator: the entry `ahead` places after the one being executed, if it has been planned."""
+        number = self.generator + ahead
+        return self._get(number) if number < self.planner else None
+
+    def executed(self) -> None:
+        """Generator: the path has passed the entry; its slot is free."""
+        self._slots[self.generator % len(self._slots)] = None
+        self.generator += 1
+
+    def _get(self, number: int) -> Entry[Plan]:
+        entry = self._slots[number % len(self._slots)]
+        assert entry is not None, "indices of the motion buffer have crossed"
+        return entry

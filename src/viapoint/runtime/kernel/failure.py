@@ -1,0 +1,22 @@
+"""Typed failures of the kernel: a catalogue code, a sentence, the source line. Never a traceback for users."""
+
+from __future__ import annotations
+
+
+class MotionError(Exception):
+    """Something that stops a run: `code` of the catalogue, `message`, `line` of the program (0: none)."""
+
+    def __init__(self, code: str, message: str, line: int, hint: str | None = None) -> None:
+        super().__init__(f"{code}: {message}")
+        self.code = code
+        self.message = message
+        self.line = line
+        self.hint = hint
+
+
+class PlanningError(MotionError):
+    """E3xx: found while planning, before the robot moves there."""
+
+
+class ExecutionError(MotionError):
+    """E4xx: found while running; the robot has been stopped on its path."""

@@ -1,0 +1,472 @@
+"""The motion kernel: everything that has a state while a program runs, behind submit, advance and events.
+
+Order within a tick: outside answers, then the path advances, then actions whose place was passed, then
+barriers, then interpreter and planner, which take no simulated time. Ticks are computed in windows: the
+path is evaluated far ahead and committed up to the first tick in which something changes it, so that the
+length of a window has no influence on the result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum, unique
+from typing import Final, Protocol, assert_never
+
+import numpy as np
+
+from viapoint.language.units import MM
+from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
+from viapoint.runtime.kernel.clock import PathClock
+from viapoint.runtime.kernel.failure import ExecutionError, MotionError
+from viapoint.runtime.kernel.motion import Mover
+from viapoint.runtime.kernel.peaks import PeakMeter
+from viapoint.runtime.kernel.planner import Planner
+from viapoint.runtime.records import Event, EventValue, Floats, Ints, Window
+from viapoint.runtime.rotations import matrix_to_quaternion
+from viapoint.runtime.signals import SignalWorld
+from viapoint.vm.ports import (
+    AtBarrier,
+    AwaitInput,
+    AwaitReset,
+    Barrier,
+    BufferFull,
+    Call,
+    Dwell,
+    End,
+    Ended,
+    Failed,
+    Motion,
+    RaiseM,
+    SelectTool,
+    SetOutput,
+    Suspension,
+    Tangent,
+    Track,
+)
+
+_FORGET_EVERY: Final = 64
+"""Motions after which the route behind the robot is dropped: seldom, since it moves arrays."""
+
+_ARRIVED: Final = 1e-12
+"""m of path within which a place counts as reached: rounding of the evaluated path parameter."""
+
+
+@unique
+class State(Enum):
+    """What the kernel is doing."""
+
+    READY = "ready"
+    MOVING = "moving"
+    DWELLING = "dwelling"
+    WAITING = "waiting"
+    FINISHED = "finished"
+    FAILED = "failed"
+
+
+class Interpreter(Protocol):
+    """The virtual machine as the kernel sees it."""
+
+    @property
+    def line(self) -> int: ...
+    def run(self) -> Suspension: ...
+
+
+class Kernel:
+    """Runs calls of an interpreter on the robot of a cell.
+
+    It is itself the interpreter's MotionPort and WorldPort. `advance` moves time on; events go to `listener`.
+    """
+
+    def __init__(
+        self,
+        cell: Cell,
+        world: SignalWorld,
+        listener: Callable[[Event], None],
+        *,
+        override: float = 1.0,
+        stepping: bool = False,
+        patient: bool = False,
+    ) -> None:
+        self.cell = cell
+        self.world = world
+        self.state = State.READY
+        self.failure: MotionError | None = None
+        self.tick = 0
+        self.tool = 0
+        self._listener = listener
+        self._patient = patient  # somebody outside may still answer a wait that the scenario never satisfies
+        self._buffer: MotionBuffer[None] = MotionBuffer(cell.lookahead)
+        q = np.asarray(cell.home, dtype=np.float64)
+        self.planner = Planner(cell, self._buffer, q, stepping=stepping)
+        self.clock = PathClock(cell.tick, override)
+        self.mover = Mover(cell, self.planner.route, self.clock)
+        self._interpreter: Interpreter | None = None
+        self._suspension: Suspension | None = None
+        self._arrived = False  # the barrier the interpreter waits at has been reached
+        self._raised = False  # the synchronous M it waits for has been raised
+        self._waiting_since = 0
+        self._dwell_until: int | None = None
+        self._line = 0  # line of the last entry executed
+        self.statements = 0
+        """Statements executed so far, by the robot."""
+        self._block_tick = 0  # tick and travelled length at which the current block began
+        self._block_length = 0.0
+        self._block_s = 0.0
+        self._last_s = 0.0
+        n = len(q)
+        self._columns = np.concatenate((q, np.zeros(4)))  # axis functions where the robot is
+        self._meter = PeakMeter(self._columns[: n + 2], cell.tick)
+        self._programmed = 0.0  # peak ratio to the programmed speed
+
+    # --- the interpreter's ports -------------------------------------------------------------------
+
+    def submit(self, call: Call) -> bool:
+        """MotionPort: take a call into the motion buffer."""
+        return self._buffer.put(call)
+
+    def read_input(self, index: int, *, line: int, ahead: bool) -> bool:
+        """WorldPort: digital input, traced."""
+        return self._read(f"DI{index}", self.world.read_input(index), line, ahead)
+
+    def read_output(self, index: int, *, line: int, ahead: bool) -> bool:
+        """WorldPort: digital output, traced."""
+        return self._read(f"DO{index}", self.world.read_output(index), line, ahead)
+
+    def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
+        """WorldPort: M flag, traced."""
+        return self._read(f"M{index}", self.world.read_m(index), line, ahead)
+
+    def m_is_synchronous(self, index: int) -> bool:
+        """WorldPort: as the cell declares it; synchronous unless it says otherwise."""
+        return self.cell.m_functions.get(index, True)
+
+    # --- running -----------------------------------------------------------------------------------
+
+    @property
+    def over(self) -> bool:
+        """The run has ended, well or not."""
+        return self.state in (State.FINISHED, State.FAILED)
+
+    @property
+    def joints(self) -> Floats:
+        """Set points (n,) as last sent."""
+        return self._columns[: self.cell.robot.joint_count]
+
+    @property
+    def peaks(self) -> Floats:
+        """(3, n + 2): peak speed, acceleration and jerk of the joints, TCP length and TCP angle so far."""
+        return self._meter.peaks
+
+    @property
+    def programmed_speed_ratio(self) -> float:
+        """Peak of speed ÷ programmed speed so far."""
+        return self._programmed
+
+    def begin(self, interpreter: Interpreter) -> Window:
+        """Take the program on; returns tick 0, after all that happens in it."""
+        self._interpreter = interpreter
+        self.world.advance(0)
+        window = self._standing(0, 1)
+        self._settle()
+        return window
+
+    def advance(self, ticks: int) -> Window:
+        """Let at least one and at most `ticks` ticks pass; ends early where something happens."""
+        if self.state is State.MOVING:
+            return self._move(ticks)
+        return self._stand(ticks)
+
+    def _stand(self, ticks: int) -> Window:
+        first = self.tick + 1
+        last = self.tick + ticks
+        if self._dwell_until is not None:
+            last = min(last, self._dwell_until)
+        change = self.world.next_change(self.tick)
+        if change is not None:
+            last = min(last, max(change, first))
+        window = self._standing(first, last - first + 1)
+        self.tick = last
+        if self._dwell_until == last:
+            self._dwell_until = None
+        self.world.advance(last)
+        self._settle()
+        return window
+
+    def _move(self, ticks: int) -> Window:
+        first = self.tick + 1
+        rows = self.mover.rows(first, ticks)
+        lines = np.full(len(rows.s), self.line, dtype=np.int64)
+        used = self._pass_places(rows.s, first, lines)
+        arrived = rows.arrived and used == len(rows.s)
+        window = self._moving(first, rows.s[:used], rows.columns[:used], lines[:used])
+        self.tick = first + used - 1
+        self.world.advance(self.tick)
+        if arrived:
+            self.mover.law = None
+            self._settle()
+        return window
+
+    def _pass_places(self, s: Floats, first: int, lines: Ints) -> int:
+        """Execute what stands on the path within rows s (N,), in order; returns how many rows stay valid."""
+        row, finished = 0, False
+        while True:
+            passed = self._next_row(s, row)
+            if finished and passed != row:
+                if self._look_ahead():
+                    return row + 1
+                finished = False
+            elif passed is None:
+                return len(s)
+            else:
+                row = passed
+                self.tick = first + row
+                self.mover.s = float(s[row])
+                self.world.advance(self.tick)
+                entry = self._front()
+                assert entry is not None, "a row was found for it"
+                self._execute(entry)
+                lines[row:] = self.line
+                finished |= isinstance(entry.call, Motion)
+
+    def _next_row(self, s: Floats, row: int) -> int | None:
+        """Row, not before `row`, in which the path passes the next entry; None if it does not in s (N,)."""
+        entry = self._front()
+        if entry is None:
+            return None
+        match entry.call:
+            case Motion():
+                place = self.planner.route.place(entry.number)
+                if place is None:
+                    return None
+                passed = max(row, int(np.searchsorted(s, place - _ARRIVED)))
+                return passed if passed < len(s) else None
+            case SetOutput():
+                return row
+            case RaiseM(synchronous=synchronous):
+                return None if synchronous else row
+            case SelectTool(tool=tool):
+                return row if tool == self.tool else None
+            case Track() | Tangent():
+                return row
+            case Barrier() | Dwell() | End():
+                return None
+            case _:
+                assert_never(entry.call)
+
+    def _look_ahead(self) -> bool:
+        """Blocks were finished while moving: interpreter and planner go on; True if the law changed."""
+        while self._interpret() or self.planner.plan():
+            pass
+        return self.mover.extend(self.tick)
+
+    def _settle(self) -> None:
+        """At rest: everything that takes no time, until something must be waited for."""
+        while not self.over:
+            entry = None if self._dwell_until is not None else self._front()
+            if entry is not None and self._reached(entry):
+                self._execute(entry)
+            elif self._interpret() or self.planner.plan():
+                pass
+            elif self._dwell_until is not None:
+                self.state = State.DWELLING
+                return
+            elif entry is not None and self._set_out(entry.call):
+                self.state = State.MOVING
+                return
+            elif self.planner.undecided:
+                self.planner.close()
+            else:
+                self._wait()
+                return
+
+    def _reached(self, entry: Entry[None]) -> bool:
+        if not isinstance(entry.call, Motion):
+            return True
+        place = self.planner.route.place(entry.number)
+        return place is not None and place <= self.mover.s + _ARRIVED
+
+    def _set_out(self, call: Call) -> bool:
+        """From rest into the motion `call`; False if its path is not known yet."""
+        assert isinstance(call, Motion), "all other entries are executed at once"
+        if not self.mover.start(self.tick):
+            return False
+        self.tool = call.tool
+        self._block_tick = self.tick
+        return True
+
+    def _wait(self) -> None:
+        """Nothing can go on by itself."""
+        if self.planner.failure is not None:
+            self._fail(self.planner.failure)
+            return
+        self.state = State.WAITING
+        if self._patient or self.world.pending():
+            return
+        match self._suspension:
+            case AwaitInput(line=line, index=index):
+                what = f"WAIT DI {index} waits for an input that nothing in the scenario ever sets"
+            case AwaitReset(line=line, index=index):
+                what = f"M {index} waits for a reset that nothing in the scenario ever gives"
+            case _:
+                line, what = self.line, "the program waits for something that never happens"
+        self._fail(ExecutionError("E410", what, line))
+
+    # --- interpreter --------------------------------------------------------------------------------
+
+    def _interpret(self) -> bool:
+        """Let the interpreter run if it may; True if it did."""
+        if self._interpreter is None or not self._may_resume():
+            return False
+        self._arrived = self._raised = False
+        self._suspension = self._interpreter.run()
+        if isinstance(self._suspension, Failed):
+            failed = self._suspension
+            self.planner.abort(ExecutionError(failed.code, failed.message, failed.line))
+        return True
+
+    def _may_resume(self) -> bool:
+        match self._suspension:
+            case None:
+                return True
+            case BufferFull():
+                return not self._buffer.full
+            case AtBarrier():
+                return self._arrived
+            case AwaitInput(line=line, index=index):
+                return self.world.read_input(index) and self._waited(line, f"DI{index}")
+            case AwaitReset(line=line, index=index):
+                if not self._raised or self.world.read_m(index):
+                    return False
+                self._emit("m", line, index=index, action="reset")
+                return self._waited(line, f"M{index}")
+            case Ended() | Failed():
+                return False
+            case _:
+                assert_never(self._suspension)
+
+    def _waited(self, line: int, reason: str) -> bool:
+        since = self._waiting_since
+        self._emit("wait", line, tick=since, t_end=self.tick * self.cell.tick, reason=reason)
+        return True
+
+    # --- entries ------------------------------------------------------------------------------------
+
+    @property
+    def line(self) -> int:
+        """Source line the path is in."""
+        entry = self._front()
+        return entry.call.line if entry is not None and isinstance(entry.call, Motion) else self._line
+
+    def _front(self) -> Entry[None] | None:
+        return self._buffer.to_execute()
+
+    def _execute(self, entry: Entry[None]) -> None:
+        """The path has reached `entry`: it takes effect in this tick and its slot is free."""
+        call = entry.call
+        self._line = call.line
+        match call:
+            case Motion():
+                self._finish_block(call, entry.number)
+            case SetOutput(line=line, index=index, value=value):
+                self.world.write_output(index, value, self.tick)
+                self._emit("output", line, signal=f"DO{index}", value=value, s_mm=self._s_mm())
+            case SelectTool(line=line, tool=tool):
+                self.tool = tool
+                self._emit("tool", line, index=tool)
+            case RaiseM(line=line, index=index, synchronous=synchronous):
+                self.world.raise_m(index, self.tick)
+                self._emit("m", line, index=index, action="raised")
+                self._raised = synchronous
+                self._waiting_since = self.tick
+            case Dwell(line=line, seconds=seconds):
+                ticks = round(seconds / self.cell.tick)
+                self._dwell_until = self.tick + ticks if ticks else None
+                until = (self.tick + ticks) * self.cell.tick
+                self._emit("wait", line, t_end=until, reason=f"{seconds:g} s")
+            case Barrier():
+                self._arrived = True
+                self._waiting_since = self.tick
+            case End():
+                self.state = State.FINISHED
+            case Track() | Tangent():
+                pass  # switching off what is not on
+            case _:
+                assert_never(call)
+        self._buffer.executed()
+        self.statements += 0 if isinstance(call, Barrier) else 1
+
+    def _finish_block(self, motion: Motion, tag: int) -> None:
+        place = self.planner.route.place(tag)
+        assert place is not None, "a finished motion has a place"
+        length = float(self.planner.route.axes.everything(np.array([place]))[0, -2])
+        self._emit(
+            "block",
+            motion.line,
+            tick=self._block_tick,
+            t_end=self.tick * self.cell.tick,
+            command=motion.kind.value,
+            length_mm=(length - self._block_length) / MM,
+            s0_mm=self._block_length / MM,
+            limited_by=self.mover.limited_by(self._block_s, place),
+        )
+        if tag % _FORGET_EVERY == 0:
+            self.planner.route.forget(self._block_s, tag)
+        self._block_tick, self._block_length, self._block_s = self.tick, length, place
+
+    def _fail(self, failure: MotionError) -> None:
+        self.failure = failure
+        self.state = State.FAILED
+        self._emit("error", failure.line, code=failure.code, message=failure.message)
+
+    # --- records ------------------------------------------------------------------------------------
+
+    def _read(self, signal: str, value: bool, line: int, ahead: bool) -> bool:
+        self._emit("input_read", line, signal=signal, value=value, s_mm=self._s_mm(), ahead=ahead)
+        return value
+
+    def _emit(self, kind: str, line: int, *, tick: int | None = None, **data: EventValue) -> None:
+        at = self.tick if tick is None else tick
+        self._listener(Event(tick=at, t=at * self.cell.tick, line=line, kind=kind, data=data))
+
+    def _s_mm(self) -> float:
+        """Travelled TCP length where the path is now."""
+        return float(self.planner.route.axes.everything(np.array([self.mover.s]))[0, -2]) / MM
+
+    def _standing(self, first: int, count: int) -> Window:
+        columns = np.broadcast_to(self._columns, (count, len(self._columns)))
+        return self._window(first, columns, np.zeros(count), np.full(count, self.line, dtype=np.int64))
+
+    def _moving(self, first: int, s: Floats, columns: Floats, lines: Ints) -> Window:
+        before = np.concatenate(([self._last_s], s[:-1]))
+        bound = self.planner.route.speed_bound(np.concatenate((before[:1], s)))
+        rate = (s - before) / self.cell.tick
+        self._programmed = max(self._programmed, float((rate / np.maximum(bound[1:], bound[:-1])).max()))
+        self._last_s = self.mover.s = float(s[-1])
+        length = columns[:, -2]
+        speed = np.diff(length, prepend=self._columns[-2]) / self.cell.tick
+        return self._window(first, columns, speed, lines)
+
+    def _window(self, first: int, columns: Floats, speed: Floats, lines: Ints) -> Window:
+        count, n = len(columns), self.cell.robot.joint_count
+        if not np.isfinite(columns).all():
+            raise ExecutionError("E490", "a set point is not a finite number", self.line)
+        self._meter.feed(columns[:, : n + 2])
+        self._columns = columns[-1]
+        joints = columns[:, :n]
+        X = self.cell.robot.fk(joints) @ self.cell.tools[self.tool].X_flange_tool
+        interpreter_line = self._interpreter.line if self._interpreter is not None else 0
+        return Window(
+            first_tick=first,
+            time=np.arange(first, first + count) * self.cell.tick,
+            line=lines,
+            interpreter_line=np.full(count, interpreter_line, dtype=np.int64),
+            s=columns[:, -2],
+            speed=speed,
+            override=np.full(count, self.clock.rate),
+            buffer_fill=np.full(count, self._buffer.fill, dtype=np.int64),
+            joints=joints,
+            actual=joints,
+            position=X[:, :3, 3],
+            quaternion=matrix_to_quaternion(X[:, :3, :3]),
+        )

@@ -1,0 +1,135 @@
+"""The planner: takes entries from the motion buffer in program order and lays the route for them.
+
+It runs ahead of the robot as far as the buffer reaches, takes no simulated time, and decides where the
+path must stop. What it cannot plan becomes a failure that stands behind everything before it: the robot
+runs on to the last exact stop that is sure, and halts there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
+from viapoint.runtime.kernel.failure import MotionError, PlanningError
+from viapoint.runtime.kernel.resolver import Resolver
+from viapoint.runtime.kernel.route import Route
+from viapoint.runtime.path import Chain, GeometryError, Transition
+from viapoint.runtime.records import Floats
+from viapoint.vm.ports import Barrier, Dwell, End, Motion, RaiseM, SelectTool, SetOutput, Tangent, Track
+
+
+@dataclass(frozen=True, slots=True)
+class Corner:
+    """A row of the blend report: how the path passes from one motion into the next."""
+
+    line: int
+    next_line: int | None
+    transition: Transition
+    forced_by_line: int | None
+
+
+class Planner:
+    """Owns the chain of geometry and the route; `failure` is set once, and planning ends with it."""
+
+    def __init__(self, cell: Cell, buffer: MotionBuffer[None], q_start: Floats, *, stepping: bool = False) -> None:
+        self.route = Route(cell.robot, q_start)
+        self.failure: MotionError | None = None
+        self.corners: list[Corner] = []
+        self._buffer = buffer
+        self._resolver = Resolver(cell, q_start)
+        self._chain = Chain(tolerance=cell.path_tolerance)
+        self._stepping = stepping
+        self._lines: dict[int, int] = {}
+        self._open: int | None = None  # tag of the motion whose corner is not decided yet
+        self._tool = 0
+        self._forced_by: int | None = None
+
+    @property
+    def undecided(self) -> bool:
+        """Whether the last motion waits to know what comes after it."""
+        return self._open is not None
+
+    def plan(self) -> bool:
+        """Plan all that the buffer holds; True if there was anything."""
+        progressed = False
+        while self.failure is None and (entry := self._buffer.to_plan()) is not None:
+            try:
+                self._plan(entry)
+            except MotionError as error:
+                self._fail(error)
+            else:
+                self._buffer.planned()
+            progressed = True
+        return progressed
+
+    def close(self, line: int | None = None) -> None:
+        """The path stops exactly at the end of the last motion; `line` is the statement that makes it."""
+        if self._open is None:
+            return
+        self._forced_by = line
+        self._chain.close()
+        self._take()
+        self._forced_by = None
+        self._open = None
+
+    def abort(self, error: MotionError) -> None:
+        """The interpreter cannot go on: what is in the buffer is still run, then `error` stands."""
+        if self.failure is None:
+            self._fail(error)
+
+    def _plan(self, entry: Entry[None]) -> None:
+        match entry.call:
+            case Motion() as motion:
+                self._motion(motion, entry.number)
+            case SelectTool(line=line, tool=tool):
+                if tool != self._tool:
+                    self.close(line)
+                    self._tool = tool
+            case Barrier(line=line) | Dwell(line=line) | End(line=line):
+                self.close(line)
+            case RaiseM(line=line, synchronous=synchronous):
+                if synchronous:
+                    self.close(line)
+            case SetOutput():
+                pass
+            case Track(line=line):
+                raise PlanningError("E390", "conveyor tracking (TRK) cannot be run yet", line)
+            case Tangent(line=line, on=on):
+                if on:
+                    raise PlanningError("E391", "tangential control (TANG) cannot be run yet", line)
+
+    def _motion(self, motion: Motion, tag: int) -> None:
+        if motion.tool != self._tool:
+            self.close(motion.line)
+            self._tool = motion.tool
+        resolved = self._resolver.resolve(motion, tag)
+        move = resolved.move
+        if self._stepping:
+            move = replace(move, corner=replace(move.corner, stop=True))
+        self.route.announce(tag, replace(resolved, move=move), motion.line)
+        self._lines[tag] = motion.line
+        self._open = tag
+        try:
+            self._chain.push(move)
+        except GeometryError as error:
+            raise PlanningError(error.code, error.message, motion.line) from None
+        self._take()
+
+    def _take(self) -> None:
+        """Hand finished pieces and decided corners over."""
+        pieces, marks, transitions = self._chain.take()
+        for transition in transitions:
+            line = self._lines.pop(transition.tag)
+            following = transition.next_tag
+            next_line = None if following is None else self._lines[following]
+            self.corners.append(Corner(line, next_line, transition, self._forced_by))
+        self.route.take(pieces, marks)
+
+    def _fail(self, error: MotionError) -> None:
+        self.failure = error
+        try:
+            self.close()
+        except MotionError as earlier:  # the end of the last motion cannot be planned either: it comes first
+            self.failure = earlier
+        self.route.stop_here()

@@ -1,0 +1,217 @@
+"""From a motion as programmed (indices, mm, deg) to a move of the path (poses, joints, SI).
+
+Looks up points, frames, tools and speeds in the cell, fills in what a statement leaves out, chooses
+among joint solutions, and knows the joints at the end of every motion. Errors name the line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from viapoint.language.units import DEG, MM
+from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel.failure import PlanningError
+from viapoint.runtime.kernel.joints import end_joints, motion_target, tcp_kinematics
+from viapoint.runtime.kernel.sampling import FlangePath
+from viapoint.runtime.kernel.speeds import SpeedRule, speed_rule
+from viapoint.runtime.path import Corner, GeometryError, Move, MoveKind, Pose, programmed
+from viapoint.runtime.records import Floats
+from viapoint.runtime.robots import Robot
+from viapoint.runtime.rotations import abc_to_matrix, matrix_to_abc, matrix_to_quaternion
+from viapoint.vm.ports import Motion, MotionKind, Target
+
+_KINDS: Final = {
+    MotionKind.LINE: MoveKind.LINE,
+    MotionKind.CIRCLE: MoveKind.CIRCLE,
+    MotionKind.SPLINE: MoveKind.SPLINE,
+    MotionKind.JOINT: MoveKind.JOINT,
+    MotionKind.HOME: MoveKind.JOINT,
+}
+_POSITION: Final = ("X", "Y", "Z")
+_ROTATION: Final = ("A", "B", "C")
+
+
+@dataclass(frozen=True, slots=True)
+class Stand:
+    """Where a motion leaves the robot: joints (n,) and the flange X_base_flange (4, 4)."""
+
+    q: Floats
+    X_base_flange: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Resolved:
+    """A motion ready for the path."""
+
+    move: Move
+    rule: SpeedRule
+    X_flange_tool: Floats
+    end: Stand
+
+
+class Resolver:
+    """Resolves motions one after the other; `stand` is where the last one ends."""
+
+    def __init__(self, cell: Cell, q_start: Floats) -> None:
+        self.cell = cell
+        self.robot: Robot = cell.robot
+        self.stand = Stand(q_start, self.robot.fk(q_start))
+
+    def resolve(self, motion: Motion, tag: int) -> Resolved:
+        """The move of `motion`, which starts where the last one ended. Raises PlanningError."""
+        X_flange_tool = self._tool(motion)
+        try:
+            if _KINDS[motion.kind] is MoveKind.JOINT:
+                resolved = self._joint_move(motion, tag, X_flange_tool)
+            else:
+                resolved = self._path_move(motion, tag, X_flange_tool)
+        except GeometryError as error:
+            raise PlanningError(error.code, error.message, motion.line) from None
+        self.stand = resolved.end
+        return resolved
+
+    def _joint_move(self, motion: Motion, tag: int, X_flange_tool: Floats) -> Resolved:
+        q_target = self._joint_target(motion, X_flange_tool)
+        end = Stand(q_target, self.robot.fk(q_target))
+        move = Move(
+            kind=MoveKind.JOINT,
+            tag=tag,
+            start=_pose(self.stand.X_base_flange @ X_flange_tool),
+            target=_pose(end.X_base_flange @ X_flange_tool),
+            q_start=self.stand.q,
+            q_target=q_target,
+            joint_weights=np.where(self.robot.prismatic, DEG / MM / self.cell.mm_per_deg, 1.0),
+            fk=tcp_kinematics(self.robot, X_flange_tool),
+            z_axis=self._frame(motion)[:3, 2],
+            corner=Corner(radius=None if motion.round_edge is None else motion.round_edge * DEG),
+        )
+        return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end)
+
+    def _joint_target(self, motion: Motion, X_flange_tool: Floats) -> Floats:
+        target = motion.target
+        if motion.kind is MotionKind.HOME:
+            q = np.asarray(self.cell.home, dtype=np.float64)
+        elif (taught := self._taught_joints(target, motion)) is not None:
+            q = taught
+        elif target.point is None and not target.coordinates:
+            q = self._with_joints(self.stand.q, target)
+        else:
+            X = self._target_pose(target, motion, X_flange_tool) @ np.linalg.inv(X_flange_tool)
+            return motion_target(self.robot, X, self.stand.q, self._references(target), motion.line)
+        self._check_range(q, motion)
+        return q
+
+    def _path_move(self, motion: Motion, tag: int, X_flange_tool: Floats) -> Resolved:
+        start = self.stand.X_base_flange @ X_flange_tool
+        target = self._target_pose(motion.target, motion, X_flange_tool)
+        via = None
+        if motion.via is not None:
+            X_via = self._target_pose(motion.via, motion, X_flange_tool)
+            oriented = motion.via.point is not None or any(k in _ROTATION for k, _ in motion.via.coordinates)
+            via = Pose(X_via[:3, 3], _pose(X_via).quaternion if oriented else None)
+        move = Move(
+            kind=_KINDS[motion.kind],
+            tag=tag,
+            start=_pose(start),
+            target=_pose(target),
+            via=via,
+            angle=None if motion.angle is None else motion.angle * DEG,
+            z_axis=self._frame(motion)[:3, 2],
+            corner=Corner(radius=None if motion.round_edge is None else motion.round_edge * MM),
+        )
+        segment = programmed(move)
+        if segment is None:
+            end = self.stand
+        else:
+            path = FlangePath(segment, np.linalg.inv(X_flange_tool))
+            end = Stand(*end_joints(self.robot, path, self.stand.q, motion.line))
+        return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end)
+
+    def _target_pose(self, target: Target, motion: Motion, X_flange_tool: Floats) -> Floats:
+        """X_base_tcp (4, 4) of a target in the motion's frame."""
+        X_base_frame = self._frame(motion)
+        if target.point is not None:
+            joints = self._taught_joints(target, motion)
+            if joints is not None:
+                return np.asarray(self.robot.fk(joints) @ X_flange_tool)
+            pose = self.cell.points[target.point].pose
+            assert pose is not None, "a point is taught as a pose or as joints"
+            return np.asarray(X_base_frame @ pose)
+        X_frame_now = np.linalg.inv(X_base_frame) @ self.stand.X_base_flange @ X_flange_tool
+        return np.asarray(X_base_frame @ _with_coordinates(X_frame_now, dict(target.coordinates)))
+
+    def _taught_joints(self, target: Target, motion: Motion) -> Floats | None:
+        """Joints of a point taught in joint space; None for another target."""
+        if target.point is None:
+            return None
+        point = self.cell.points.get(target.point)
+        if point is None:
+            known = ", ".join(f"P{n}" for n in sorted(self.cell.points)[:8]) or "none"
+            raise PlanningError(
+                "E310", f"point P{target.point} is not defined in the cell", motion.line, f"defined are {known}"
+            )
+        if point.joints is not None and target.joints:
+            raise PlanningError(
+                "E311",
+                f"P{target.point} is taught in joint space, so joint references have no meaning for it",
+                motion.line,
+                "leave the J parameters out",
+            )
+        return point.joints
+
+    def _references(self, target: Target) -> Floats:
+        """Joint references (n,), NaN where none is programmed."""
+        return self._with_joints(np.full(self.robot.joint_count, np.nan), target)
+
+    def _with_joints(self, q: Floats, target: Target) -> Floats:
+        result = q.copy()
+        for number, value in target.joints:
+            result[number - 1] = value * (MM if self.robot.prismatic[number - 1] else DEG)
+        return result
+
+    def _frame(self, motion: Motion) -> Floats:
+        frame = self.cell.frames.get(motion.frame)
+        if frame is None:
+            raise PlanningError("E312", f"frame Z{motion.frame} is not defined in the cell", motion.line)
+        return frame.X_base_frame
+
+    def _tool(self, motion: Motion) -> Floats:
+        tool = self.cell.tools.get(motion.tool)
+        if tool is None:
+            raise PlanningError("E313", f"tool T{motion.tool} is not defined in the cell", motion.line)
+        return tool.X_flange_tool
+
+    def _check_range(self, q: Floats, motion: Motion) -> None:
+        inside = self.robot.limits.contain(q)
+        if inside.all():
+            return
+        joint = int(np.argmin(inside))
+        limits = self.robot.limits
+        raise PlanningError(
+            "E303",
+            f"J{joint + 1} = {q[joint] / DEG:.1f} deg is outside its range "
+            f"{limits.lower[joint] / DEG:g}…{limits.upper[joint] / DEG:g} deg",
+            motion.line,
+        )
+
+
+def _pose(X: Floats) -> Pose:
+    return Pose(X[:3, 3], matrix_to_quaternion(X[:3, :3]))
+
+
+def _with_coordinates(X: Floats, programmed: dict[str, float]) -> Floats:
+    """The pose X (4, 4) with the programmed coordinates (mm, deg) in place of its own."""
+    result = X.copy()
+    for axis, name in enumerate(_POSITION):
+        if name in programmed:
+            result[axis, 3] = programmed[name] * MM
+    if any(name in programmed for name in _ROTATION):
+        abc = matrix_to_abc(X[:3, :3])
+        for axis, name in enumerate(_ROTATION):
+            if name in programmed:
+                abc[axis] = programmed[name] * DEG
+        result[:3, :3] = abc_to_matrix(abc)
+    return result

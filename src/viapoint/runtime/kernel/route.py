@@ -1,0 +1,185 @@
+"""The path in program order as the kernel runs it: stretches on one parameter s, places, stops, speeds.
+
+Geometry hands over finished pieces; the route compiles them into axis functions and remembers what
+belongs to which motion. It grows at the end and is forgotten from the start. Not here: time.
+"""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from viapoint.runtime.kernel.axispath import AxisPath
+from viapoint.runtime.kernel.joints import leaving_singular, tcp_kinematics
+from viapoint.runtime.kernel.resolver import Resolved
+from viapoint.runtime.kernel.sampling import PathLimits, Stretch
+from viapoint.runtime.kernel.speeds import rate_bounds
+from viapoint.runtime.path import Chain, Corner, Mark, Move, MoveKind, Piece, Space
+from viapoint.runtime.records import Floats
+from viapoint.runtime.robots import Robot
+
+_HELD_TURN: Final = 1e-9
+"""rad. Free joints that must turn by more than this before the TCP can leave a singular pose do so first."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Planned:
+    """A motion on the route."""
+
+    resolved: Resolved
+    line: int
+    X_tool_flange: Floats
+
+
+class Route:
+    """Grows with the planner, is read by the generator; s in m (rad along joint moves and pure rotations)."""
+
+    def __init__(self, robot: Robot, q_start: Floats) -> None:
+        self.axes = AxisPath(robot, q_start)
+        self.ends: list[float] = []
+        """s at the end of each compiled piece."""
+        self.stops: list[float] = [0.0]
+        """s of every exact stop known, ascending; the start of the route is one."""
+        self._robot = robot
+        self._motions: dict[int, _Planned] = {}
+        self._places: dict[int, float] = {}
+        self._count = 0  # pieces taken, as the chain counts them
+        self._after = {0: 0.0}  # s after the first so many pieces
+        self._before: Piece | None = None
+        self._configuration: int | None = None
+        self._bounds_at: list[float] = []
+        self._rules: list[tuple[float, ...]] = []
+        self._joint_space: list[bool] = []
+
+    @property
+    def end(self) -> float:
+        """s up to which the route can be travelled."""
+        return self.axes.length
+
+    def announce(self, tag: int, resolved: Resolved, line: int) -> None:
+        """Say what motion `tag` is, before its pieces are taken."""
+        self._motions[tag] = _Planned(resolved, line, np.linalg.inv(resolved.X_flange_tool))
+
+    def take(self, pieces: Sequence[Piece], marks: Sequence[Mark]) -> None:
+        """Compile finished pieces onto the end and note where their motions end.
+
+        Raises PlanningError; what was compiled before it stays.
+        """
+        try:
+            for k, piece in enumerate(pieces):
+                following = pieces[k + 1] if k + 1 < len(pieces) else None
+                self._take(piece, following)
+        finally:
+            for mark in marks:
+                if mark.pieces <= self._count:
+                    self._places[mark.tag] = self._after[mark.pieces]
+            for old in [count for count in self._after if count < self._count - len(pieces)]:
+                del self._after[old]
+
+    def stop_here(self) -> None:
+        """The route is passed with an exact stop at its present end."""
+        if self.end > self.stops[-1]:
+            self.stops.append(self.end)
+        self._configuration = None
+
+    def place(self, tag: int) -> float | None:
+        """s where motion `tag` ends and actions after it stand; None while that is not decided."""
+        return self._places.get(tag)
+
+    def next_stop(self, s: float) -> float | None:
+        """The first exact stop beyond s, if it is known."""
+        k = bisect.bisect_right(self.stops, s)
+        return self.stops[k] if k < len(self.stops) else None
+
+    def breaks(self, s_from: float, s_to: float) -> Floats:
+        """Places inside (s_from, s_to) where higher derivatives or the programmed speed may jump."""
+        inside = self._bounds_at[bisect.bisect_right(self._bounds_at, s_from) : bisect.bisect_left(self._bounds_at, s_to)]
+        return np.asarray(inside, dtype=np.float64)
+
+    def speed_bound(self, s: Floats) -> Floats:
+        """Programmed bound (N,) on the rate of s."""
+        k = np.clip(np.searchsorted(self._bounds_at, s, side="right") - 1, 0, len(self._rules) - 1)
+        first, last = int(k.min()), int(k.max()) + 1
+        rules = np.asarray(self._rules[first:last])[k - first]
+        joint_space = np.asarray(self._joint_space[first:last])[k - first]
+        return rate_bounds(rules, joint_space, self.axes.rates(s))
+
+    def forget(self, s: float, tag: int) -> None:
+        """Drop what lies before s and the motions before `tag`: the robot will not come back there."""
+        self.axes.forget(s)
+        k = max(0, bisect.bisect_right(self._bounds_at, s) - 1)
+        del self._bounds_at[:k], self._rules[:k], self._joint_space[:k]
+        del self.ends[: bisect.bisect_left(self.ends, s)]
+        del self.stops[: max(0, bisect.bisect_right(self.stops, s) - 1)]
+        for old in [t for t in self._motions if t < tag]:
+            del self._motions[old]
+            self._places.pop(old, None)
+
+    def _take(self, piece: Piece, following: Piece | None) -> None:
+        motion = self._motions[piece.tag]
+        stretch = Stretch(piece, motion.X_tool_flange, motion.line, self._path_limits(piece, following))
+        if piece.space is Space.JOINT:
+            self._configuration = None
+        elif self._configuration is None:
+            self._configuration = self._enter(stretch, motion)
+        start = self.end
+        self.axes.extend(stretch, self._configuration or 0)
+        self._bound(start, motion, joint_space=self._is_joint(piece))
+        self._count += 1
+        self._after[self._count] = self.end
+        self.ends.append(self.end)
+        self._before = piece
+        if piece.stop:
+            self.stop_here()
+
+    def _is_joint(self, piece: Piece | None) -> bool:
+        return piece is not None and self._motions[piece.tag].resolved.move.kind is MoveKind.JOINT
+
+    def _path_limits(self, piece: Piece, following: Piece | None) -> PathLimits:
+        if self._is_joint(piece):
+            return PathLimits.FREE
+        if piece.is_edge and not piece.ends and self._is_joint(self._before):
+            return PathLimits.RAMP_IN
+        if piece.is_edge and piece.ends and self._is_joint(following):
+            return PathLimits.RAMP_OUT
+        return PathLimits.APPLY
+
+    def _bound(self, s: float, motion: _Planned, *, joint_space: bool) -> None:
+        self._bounds_at.append(s)
+        self._rules.append(tuple(motion.resolved.rule))
+        self._joint_space.append(joint_space)
+
+    def _enter(self, stretch: Stretch, motion: _Planned) -> int:
+        """The configuration in which a path motion starts; free joints of a singular pose are turned first."""
+        q = self.axes.q_end
+        configuration, q_leaving = leaving_singular(self._robot, stretch, q)
+        if np.abs(q_leaving - q).max() > _HELD_TURN:
+            self._turn_in_place(motion, q, q_leaving)
+        return configuration
+
+    def _turn_in_place(self, motion: _Planned, q: Floats, q_target: Floats) -> None:
+        """The TCP is held while the free joints turn to where the path continues (an exact stop follows)."""
+        move = motion.resolved.move
+        turn = Move(
+            kind=MoveKind.JOINT,
+            tag=move.tag,
+            start=move.start,
+            target=move.start,
+            q_start=q,
+            q_target=q_target,
+            fk=tcp_kinematics(self._robot, motion.resolved.X_flange_tool),
+        )
+        chain = Chain(tolerance=0.0)
+        chain.push(turn)
+        chain.close()
+        pieces, _, _ = chain.take()
+        for piece in pieces:
+            start = self.end
+            self.axes.extend(Stretch(piece, motion.X_tool_flange, motion.line, PathLimits.FREE), 0)
+            self._bound(start, motion, joint_space=True)
+            self.ends.append(self.end)
+        self.stops.append(self.end)

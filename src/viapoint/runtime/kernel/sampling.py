@@ -1,0 +1,176 @@
+"""From finished pieces of path to values at nodes: poses, inverse kinematics, lengths. Stateless.
+
+One batch of inverse kinematics serves the nodes of many cells, since numpy's cost per call would
+otherwise outweigh the arithmetic. Singular poses are met here: the free joint of an exactly singular
+node is extrapolated from its neighbourhood on the path, so that joints stay continuous through it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, unique
+from functools import cached_property
+from typing import Final, Protocol, assert_never
+
+import numpy as np
+from numpy.polynomial import Chebyshev
+
+from viapoint.runtime.kernel.chebyshev import NODES
+from viapoint.runtime.kernel.failure import PlanningError
+from viapoint.runtime.path import Piece, Poses, Space
+from viapoint.runtime.records import Floats
+from viapoint.runtime.robots import Robot
+from viapoint.runtime.rotations import quaternion_to_matrix
+
+_NUDGE: Final = 1e-5
+"""m (or rad) beside a singular pose where its free joint is read: far enough for the joint to be well
+determined, near enough for linear extrapolation from two such places to be exact to 1e-10 rad."""
+
+_RAMP_DEGREE: Final = 40
+"""Degree at which the length along a round edge is represented for ramping path limits in or out."""
+
+
+@unique
+class PathLimits(Enum):
+    """Whether the limits of TCP speed, acceleration and jerk hold along a piece."""
+
+    APPLY = "apply"
+    FREE = "free"
+    RAMP_IN = "ramp in"
+    RAMP_OUT = "ramp out"
+
+
+class Curve(Protocol):
+    """A curve of TCP poses with its own parameter, 0 … length."""
+
+    @property
+    def length(self) -> float: ...
+    def poses(self, w: Floats) -> Poses: ...
+
+
+@dataclass(frozen=True)
+class FlangePath:
+    """A curve of TCP poses as the flange runs it: X_tool_flange (4, 4) is the inverse of the tool."""
+
+    curve: Curve
+    X_tool_flange: Floats
+
+    @property
+    def length(self) -> float:
+        """Length in the curve's own parameter."""
+        return self.curve.length
+
+    def flange_poses(self, w: Floats) -> Floats:
+        """X_base_flange (N, 4, 4) at w (N,)."""
+        position, quaternion = self.curve.poses(w)
+        X = np.zeros((len(w), 4, 4))
+        X[:, :3, :3] = quaternion_to_matrix(quaternion)
+        X[:, :3, 3] = position
+        X[:, 3, 3] = 1.0
+        return np.asarray(X @ self.X_tool_flange)
+
+
+@dataclass(frozen=True)
+class Stretch(FlangePath):
+    """A finished piece of path with its source line, and how path limits apply to it.
+
+    Joint moves are free of them; a round edge between a joint move and a path motion ramps them in or out
+    on the half that belongs to the path motion.
+    """
+
+    curve: Piece
+    line: int
+    limits: PathLimits
+
+    def lengths(self, w: Floats) -> Floats:
+        """(N, 4): limited TCP length and angle, travelled TCP length and angle, from the piece's start."""
+        travelled = np.stack((self.curve.arc_length(w), self.curve.angle_length(w)), axis=1)
+        match self.limits:
+            case PathLimits.APPLY:
+                limited = travelled
+            case PathLimits.FREE:
+                limited = np.zeros_like(travelled)
+            case PathLimits.RAMP_IN | PathLimits.RAMP_OUT:
+                limited = np.stack([f(w) for f in self._ramped], axis=1)
+            case _:
+                assert_never(self.limits)
+        return np.concatenate((limited, travelled), axis=1)
+
+    @cached_property
+    def _ramped(self) -> tuple[Chebyshev, Chebyshev]:
+        """Lengths whose rates rise from zero (fall to zero) with continuous second derivative."""
+        domain = [0.0, self.curve.length]
+        u = Chebyshev([0.5, 0.5], domain=domain)
+        rise = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+        weight = rise if self.limits is PathLimits.RAMP_IN else 1.0 - rise
+
+        def ramp(length: Chebyshev) -> Chebyshev:
+            return (length.deriv() * weight).integ(lbnd=0.0)
+
+        first, second = (
+            ramp(Chebyshev.interpolate(f, _RAMP_DEGREE, domain=domain))
+            for f in (self.curve.arc_length, self.curve.angle_length)
+        )
+        return first, second
+
+
+def sample(
+    robot: Robot,
+    stretch: Stretch,
+    starts: Floats,
+    widths: Floats,
+    configuration: int,
+    reference: Floats,
+) -> Floats:
+    """Values (C, D+1, n+4) of joints and lengths at the nodes of cells [start, start + width] of a piece.
+
+    Joints are continuous within each cell; cells are chained by the caller. Raises PlanningError where
+    a pose is out of reach.
+    """
+    w = np.clip(starts[:, None] + widths[:, None] * NODES, 0.0, stretch.curve.length)
+    flat = w.ravel()
+    if stretch.curve.space is Space.JOINT:
+        q = stretch.curve.joints(flat)
+    else:
+        q = _joints_on_path(robot, stretch, flat, configuration, reference)
+    values = np.concatenate((q, stretch.lengths(flat)), axis=1).reshape(*w.shape, -1)
+    if stretch.curve.space is not Space.JOINT:
+        n = q.shape[1]
+        turning = ~robot.prismatic
+        values[:, :, :n][:, :, turning] = np.unwrap(values[:, :, :n][:, :, turning], axis=1)
+    return values
+
+
+def _joints_on_path(
+    robot: Robot, stretch: Stretch, w: Floats, configuration: int, reference: Floats
+) -> Floats:
+    X = stretch.flange_poses(w)
+    q, reachable = robot.ik_branch(X, configuration, reference)
+    if not reachable.all():
+        raise _out_of_reach(stretch, float(w[np.argmin(reachable)]))
+    singular = robot.kinematics.free_joint(X, q)
+    if singular.any():
+        q[singular] = _at_singular(robot, stretch, w[singular], configuration, reference)
+    return q
+
+
+def _at_singular(
+    robot: Robot, stretch: Stretch, w: Floats, configuration: int, reference: Floats
+) -> Floats:
+    """Joints (K, n) at exactly singular places: the free joint extrapolated from inside the piece."""
+    inward = np.where(w < 0.5 * stretch.curve.length, 1.0, -1.0) * min(_NUDGE, 0.25 * stretch.curve.length)
+    near, _ = robot.ik_branch(stretch.flange_poses(w + inward), configuration, reference)
+    far, _ = robot.ik_branch(stretch.flange_poses(w + 2.0 * inward), configuration, near)
+    free, _ = robot.ik_branch(stretch.flange_poses(w), configuration, 2.0 * near - far)
+    return free
+
+
+def _out_of_reach(stretch: Stretch, w: float) -> PlanningError:
+    position, _ = stretch.curve.poses(np.array([w]))
+    x, y, z = position[0] * 1e3
+    return PlanningError(
+        "E302",
+        f"the path leaves the robot's reach {w * 1e3:.1f} mm after its start, at X={x:.1f} Y={y:.1f} Z={z:.1f}",
+        stretch.line,
+        "bring the path closer to the base, or check the tool and the frame",
+    )

@@ -1,0 +1,66 @@
+"""Programmed speeds: what F, FC and FA mean for a piece of path, as a bound on the path parameter's rate."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from viapoint.language.units import DEG, MM
+from viapoint.runtime.cell import Cell
+from viapoint.runtime.records import Bools, Floats
+from viapoint.vm.ports import Motion, MotionKind, Speed, SpeedKind
+
+_STILL: Final = 1e-9
+"""Length per path parameter below which the TCP (or its orientation) counts as not moving."""
+
+
+class SpeedRule(NamedTuple):
+    """Bounds of one motion, SI; inf where the kind of speed does not apply.
+
+    `joint` bounds the joint-space length of a joint move (rad/s), `linear` the TCP (m/s), `angular` its
+    orientation (rad/s). A motion that lacks the asked length falls back to the generic reading of the number.
+    """
+
+    joint: float
+    linear: float
+    angular: float
+    fallback_joint: float
+    fallback_linear: float
+    fallback_angular: float
+
+
+def rate_bounds(rules: Floats, joint_space: Bools, rates: Floats) -> Floats:
+    """Bounds (N,) on the path parameter's rate.
+
+    `rules` (N, 6) are the fields of each place's SpeedRule, `joint_space` (N,) marks joint moves, and
+    `rates` (N, 2) are TCP length and angle per path parameter.
+    """
+    bound = np.minimum(_per_rate(rules[:, 1:3], rates), np.where(joint_space, rules[:, 0], np.inf))
+    fallback = np.where(joint_space, rules[:, 3], _per_rate(rules[:, 4:6], rates))
+    return np.where(np.isfinite(bound), bound, fallback)
+
+
+def _per_rate(speeds: Floats, rates: Floats) -> Floats:
+    quotient = np.where(rates > _STILL, speeds / np.maximum(rates, _STILL), np.inf)
+    result: Floats = quotient.min(axis=1)
+    return result
+
+
+def speed_rule(motion: Motion, cell: Cell) -> SpeedRule:
+    """The rule of `motion`; without a programmed speed, the cell's default for its kind."""
+    joint_space = motion.kind in (MotionKind.JOINT, MotionKind.HOME)
+    default = cell.default_speed.joint / DEG if joint_space else cell.default_speed.path / MM
+    speed = motion.speed or Speed(SpeedKind.GENERIC, default)
+    linear, angular = speed.value * MM, speed.value * DEG
+    none = np.inf
+    generic = (angular, linear, angular)
+    match speed.kind:
+        case SpeedKind.GENERIC if joint_space:
+            return SpeedRule(angular, none, none, *generic)
+        case SpeedKind.GENERIC:
+            return SpeedRule(none, linear, angular, *generic)
+        case SpeedKind.LINEAR:
+            return SpeedRule(none, linear, none, *generic)
+        case SpeedKind.ANGULAR:
+            return SpeedRule(none, none, angular, *generic)

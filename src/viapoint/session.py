@@ -1,0 +1,215 @@
+"""A session: a program on a simulated cell. The one place that knows compiler, machine and runtime.
+
+Command line and library share it. It loads and compiles, runs in windows of ticks, hands every window
+and event to its listeners, and reports. It prints nothing and reads no arguments.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from enum import Enum, unique
+from pathlib import Path
+from typing import Protocol
+
+from viapoint.compiler import CellNames, CompileResult, compile_source
+from viapoint.language.diagnostics import Diagnostic, has_errors
+from viapoint.language.source import Source, read_source
+from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel import Corner, Kernel, MotionError, State
+from viapoint.runtime.records import Event, Window
+from viapoint.runtime.signals import Scenario, SignalWorld
+from viapoint.vm import Machine, Program, ProgramFileError, load
+
+DEFAULT_WINDOW = 1024
+
+
+class CompileError(Exception):
+    """A program that does not compile; `diagnostics` holds everything that was found."""
+
+    def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
+        errors = [d for d in diagnostics if d.is_error]
+        super().__init__("; ".join(f"{d.code}: {d.message}" for d in errors))
+        self.diagnostics = tuple(diagnostics)
+
+
+@unique
+class Status(Enum):
+    """How a run ended, or that it has not."""
+
+    RUNNING = "running"
+    FINISHED = "finished"
+    STOPPED = "stopped"
+    ERROR = "error"
+
+
+class Listener(Protocol):
+    """Gets every window and every event once, in time order."""
+
+    def window(self, window: Window) -> None: ...
+    def event(self, event: Event) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """A program ready to run, the warnings it came with, and its source as far as it is known."""
+
+    program: Program
+    diagnostics: tuple[Diagnostic, ...]
+    source: Source
+
+
+def cell_names(cell: Cell) -> CellNames:
+    """What the compiler is told of a cell."""
+    index = cell.names()
+    return CellNames(
+        points=index.points,
+        joint_points=index.joint_points,
+        tools=index.tools,
+        frames=index.frames,
+        conveyors=index.conveyors,
+        inputs=range(1, index.digital_inputs + 1),
+        outputs=range(1, index.digital_outputs + 1),
+        joints=index.joints,
+        auxiliary=index.auxiliary,
+        asynchronous=index.asynchronous,
+    )
+
+
+def check_file(path: str | Path, cell: Cell | None = None) -> tuple[CompileResult | None, tuple[Diagnostic, ...]]:
+    """Compile a program file without raising; no result where the file cannot be read."""
+    source, unreadable = read_source(str(path))
+    if source is None:
+        return None, tuple(unreadable)
+    result = compile_source(source, cell_names(cell) if cell is not None else None)
+    return result, (*unreadable, *result.diagnostics)
+
+
+def compile_file(path: str | Path, cell: Cell | None = None) -> Loaded:
+    """Compile a `.via` file, or load a `.viac` file; raises CompileError holding all diagnostics."""
+    if Path(path).suffix == ".viac":
+        return _load_compiled(Path(path))
+    result, diagnostics = check_file(path, cell)
+    if result is None or result.program is None or has_errors(diagnostics):
+        raise CompileError(diagnostics)
+    return Loaded(result.program, diagnostics, result.tree.source)
+
+
+def compile_text(text: str, name: str = "<text>", cell: Cell | None = None) -> Loaded:
+    """Compile a program given as text; raises CompileError holding all diagnostics."""
+    result = compile_source(Source(name, text), cell_names(cell) if cell is not None else None)
+    if result.program is None:
+        raise CompileError(result.diagnostics)
+    return Loaded(result.program, result.diagnostics, result.tree.source)
+
+
+def _load_compiled(path: Path) -> Loaded:
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise CompileError([Diagnostic(code="E101", message=f"cannot read: {reason}", file=str(path))]) from None
+    try:
+        program = load(data)
+    except ProgramFileError as error:
+        raise CompileError([Diagnostic(code=error.code, message=error.message, file=str(path))]) from None
+    return Loaded(program, (), Source(program.source_name, "\n".join(program.source_lines())))
+
+
+class Session:
+    """One run of one program on one cell, with simulated drives and signals.
+
+    `max_time` (s) and `cycles` (passes of the main program's endless loop) end endless programs.
+    `window` is the most ticks computed at once; it has no influence on the result. A session runs once.
+    """
+
+    def __init__(
+        self,
+        cell: Cell,
+        program: Loaded,
+        *,
+        scenario: Scenario | None = None,
+        override: float = 1.0,
+        window: int = DEFAULT_WINDOW,
+        max_time: float | None = None,
+        cycles: int | None = None,
+        step: bool = False,
+        dry_run: bool = False,
+        patient: bool = False,
+        listeners: Sequence[Listener] = (),
+    ) -> None:
+        self.cell = cell
+        self.program = program
+        self.events: list[Event] = []
+        self.status = Status.RUNNING
+        self._listeners = tuple(listeners)
+        self._window = window
+        self._last_tick = None if max_time is None else round(max_time / cell.tick)
+        self._world = SignalWorld(cell, scenario, cell.tick, dry_run=dry_run)
+        self.kernel = Kernel(
+            cell, self._world, self._hear, override=override, stepping=step, patient=patient
+        )
+        self._machine = Machine(program.program, self.kernel, self.kernel, max_cycles=cycles)
+        self._wall = 0.0
+
+    def run(self) -> Iterator[Window]:
+        """Run to the end, window by window. The first window is tick 0."""
+        window = self._timed(lambda: self.kernel.begin(self._machine))
+        yield self._tell(window)
+        while not self.kernel.over:
+            left = self._window
+            if self._last_tick is not None:
+                left = min(left, self._last_tick - self.kernel.tick)
+                if left <= 0:
+                    self.status = Status.STOPPED
+                    return
+            window = self._timed(lambda: self.kernel.advance(left))
+            yield self._tell(window)
+        self.status = self._final_status()
+
+    def finish(self) -> Status:
+        """Run to the end without looking at the windows."""
+        for _ in self.run():
+            pass
+        return self.status
+
+    def set_input(self, name: str, value: bool) -> None:
+        """Set a digital input (`"DI3"` or its name in the cell) from outside, from the next tick on."""
+        self._world.set_input(name, value, self.kernel.tick)
+
+    @property
+    def corners(self) -> list[Corner]:
+        """The blend report so far."""
+        return self.kernel.planner.corners
+
+    @property
+    def failure(self) -> MotionError | None:
+        """What ended the run with an error."""
+        return self.kernel.failure
+
+    @property
+    def realtime_factor(self) -> float:
+        """Simulated time ÷ computing time so far."""
+        return self.kernel.tick * self.cell.tick / self._wall if self._wall > 0.0 else 0.0
+
+    def _hear(self, event: Event) -> None:
+        self.events.append(event)
+        for listener in self._listeners:
+            listener.event(event)
+
+    def _tell(self, window: Window) -> Window:
+        for listener in self._listeners:
+            listener.window(window)
+        return window
+
+    def _timed(self, compute: Callable[[], Window]) -> Window:
+        start = time.perf_counter()
+        window = compute()
+        self._wall += time.perf_counter() - start
+        return window
+
+    def _final_status(self) -> Status:
+        if self.kernel.state is State.FAILED:
+            return Status.ERROR
+        return Status.STOPPED if self._machine.cut_short else Status.FINISHED
