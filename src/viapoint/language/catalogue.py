@@ -16,6 +16,11 @@ from viapoint.language.codes.entry import Entry, Example
 __all__ = ["CATALOGUE", "Entry", "Example", "explain"]
 
 
+SHOWN_LINES: Final = 40
+SHOWN_WIDTH: Final = 100
+"""How much of an example `explain` prints; a few examples are long on purpose."""
+
+
 def _join() -> dict[str, Entry]:
     table: dict[str, Entry] = {}
     for part in (syntax, meaning, files, planning, execution, notes):
@@ -39,5 +44,14 @@ def explain(code: str) -> str | None:
     for example in entry.examples:
         for name, text in example.files():
             parts += ["", f"Example ({name}):", ""]
-            parts += [f"    {line}".rstrip() for line in text.rstrip("\n").split("\n")]
+            parts += _excerpt(text)
     return "\n".join(parts)
+
+
+def _excerpt(text: str) -> list[str]:
+    """The lines of an example, indented; those that are long on purpose are cut."""
+    lines = text.rstrip("\n").split("\n")
+    shown = [line if len(line) <= SHOWN_WIDTH else f"{line[:SHOWN_WIDTH]} …" for line in lines[:SHOWN_LINES]]
+    if len(lines) > SHOWN_LINES:
+        shown.append(f"… {len(lines) - SHOWN_LINES} more lines")
+    return [f"    {line}".rstrip() for line in shown]

@@ -13,8 +13,8 @@ _SEVERITY = {"E": Severity.ERROR, "W": Severity.WARNING, "I": Severity.INFO}
 class Example:
     """Input that raises the code; a test runs it. Give what is needed, leave the rest None.
 
-    `program` is program text; `cell`, `scenario`, `robot` are TOML texts; `data` stands for files that
-    are not text (a mangled program file, bad UTF-8).
+    `program` is program text; `cell`, `scenario`, `robot` are TOML texts; `data` is the content of a file
+    that is not text (a mangled program file, bad UTF-8); `path` names a file that cannot be read.
     """
 
     program: str | None = None
@@ -22,6 +22,7 @@ class Example:
     scenario: str | None = None
     robot: str | None = None
     data: bytes | None = None
+    path: str | None = None
 
     def files(self) -> tuple[tuple[str, str], ...]:
         """Names and texts to show, for those given."""
