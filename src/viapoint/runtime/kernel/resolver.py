@@ -86,7 +86,7 @@ class Resolver:
             joint_weights=np.where(self.robot.prismatic, DEG / MM / self.cell.mm_per_deg, 1.0),
             fk=tcp_kinematics(self.robot, X_flange_tool),
             z_axis=self._frame(motion)[:3, 2],
-            corner=Corner(radius=None if motion.round_edge is None else motion.round_edge * DEG),
+            corner=_corner(motion),
         )
         return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end)
 
@@ -120,7 +120,7 @@ class Resolver:
             via=via,
             angle=None if motion.angle is None else motion.angle * DEG,
             z_axis=self._frame(motion)[:3, 2],
-            corner=Corner(radius=None if motion.round_edge is None else motion.round_edge * MM),
+            corner=_corner(motion),
         )
         segment = programmed(move)
         if segment is None:
@@ -200,6 +200,13 @@ class Resolver:
 
 def _pose(X: Floats) -> Pose:
     return Pose(X[:3, 3], matrix_to_quaternion(X[:3, :3]))
+
+
+def _corner(motion: Motion) -> Corner:
+    """R is mm along the path, and degrees of joint-space length between two joint moves."""
+    if motion.round_edge is None:
+        return Corner()
+    return Corner(radius=motion.round_edge * MM, joint_radius=motion.round_edge * DEG)
 
 
 def _with_coordinates(X: Floats, programmed: dict[str, float]) -> Floats:

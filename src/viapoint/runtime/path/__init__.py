@@ -7,6 +7,7 @@ from viapoint.runtime.path.moves import Corner, Move, MoveKind, Pose, Poses, Spa
 from viapoint.runtime.path.path import Path
 from viapoint.runtime.path.piece import Piece
 from viapoint.runtime.path.shapes import end_pose
+from viapoint.runtime.path.splines import programmed
 
 __all__ = [
     "Chain",
@@ -23,4 +24,5 @@ __all__ = [
     "Space",
     "Transition",
     "end_pose",
+    "programmed",
 ]

@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from viapoint.runtime.path.corners import Passage, Reason, pass_corner
-from viapoint.runtime.path.errors import GeometryError
-from viapoint.runtime.path.moves import Corner, Floats, Move, Pose
+from viapoint.runtime.path.moves import Corner, Floats, Move, MoveKind, Pose
 from viapoint.runtime.path.piece import Piece
 from viapoint.runtime.path.segments import Segment
 from viapoint.runtime.path.shapes import end_pose, is_zero, shape_alone
@@ -76,7 +75,7 @@ class Chain:
     def push(self, move: Move) -> None:
         """Append a motion. May finish pieces of the motions before it.
 
-        Raises GeometryError (E3xx) where the motion has no geometry; the chain is then unchanged.
+        Raises GeometryError E301 where a circle has no geometry; the chain is then unchanged.
         """
         _require_finite(move)
         self._require_joined(move)
@@ -136,7 +135,7 @@ class Chain:
             reason = Reason.ASKED if left.corner.stop else Reason.R_ZERO
             self._finish_with_stop(left, next_tag, reason)
             return
-        passage = pass_corner(left.segment, right.segment, left.corner, self.tolerance)
+        passage = pass_corner(left.segment, right.segment, _corner(left, right), self.tolerance)
         if passage.reason.stops:
             self._finish_with_stop(left, next_tag, passage.reason)
             return
@@ -205,11 +204,19 @@ class Chain:
                 raise ValueError(f"motion {move.tag} starts {gap:.3g} m from the end of the one before")
 
 
+def _corner(left: _Link, right: _Link) -> Corner:
+    """The corner in effect: R has no meaning between two splines, which are one curve already."""
+    both = left.move.kind is right.move.kind is MoveKind.SPLINE
+    return Corner(left.corner.stop, None) if both and not left.corner.halts else left.corner
+
+
 def _merged(first: Corner, second: Corner) -> Corner:
     """One corner of two at the same place: a stop in either is a stop, else the first R programmed."""
-    halts = first.radius == 0.0 or second.radius == 0.0
-    radius = 0.0 if halts else second.radius if first.radius is None else first.radius
-    return Corner(first.stop or second.stop, radius)
+    stop = first.stop or second.stop
+    if first.radius == 0.0 or second.radius == 0.0:
+        return Corner(stop, 0.0)
+    rounded = second if first.radius is None else first
+    return replace(rounded, stop=stop)
 
 
 def _require_finite(move: Move) -> None:
@@ -220,4 +227,4 @@ def _require_finite(move: Move) -> None:
     if move.angle is not None:
         numbers.append(np.array([move.angle]))
     if not all(array is None or np.isfinite(array).all() for array in numbers):
-        raise GeometryError("E302", f"the {move.kind.value} has a coordinate that is not a finite number")
+        raise ValueError(f"the {move.kind.value} {move.tag} has a number that is not finite")

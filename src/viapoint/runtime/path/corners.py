@@ -116,8 +116,9 @@ def pass_corner(left: Segment, right: Segment, corner: Corner, tolerance: float)
     obstacle = _obstacle(before, after)
     if obstacle is not None:
         return Passage(obstacle)
-    if corner.radius is not None and not (left.turns_in_place and right.turns_in_place):
-        return _rounded(left, right, corner.radius)
+    radius = corner.radius_between(left.space, right.space)
+    if radius is not None and not (left.turns_in_place and right.turns_in_place):
+        return _rounded(left, right, radius)
     if _angle(before.direction, after.direction) > TANGENTIAL:
         return Passage(Reason.CORNER)
     if before.continues_in(after):

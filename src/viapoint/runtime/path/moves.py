@@ -58,17 +58,24 @@ class Corner:
     """How a motion passes into the next one.
 
     `stop` forces an exact stop; `radius` is R: the distance before and after the corner at which the
-    round edge begins and ends, in m of TCP path (rad of joint-space length between two joint moves),
+    round edge begins and ends, in m of TCP path (between two joint moves `joint_radius` in its place),
     0 for an exact stop, None where none was programmed.
     """
 
     stop: bool = False
     radius: float | None = None
+    joint_radius: float | None = None  # R in rad, where both motions are joint moves; None: as `radius`
 
     @property
     def halts(self) -> bool:
         """An exact stop whatever the geometry is."""
         return self.stop or self.radius == 0.0
+
+    def radius_between(self, left: Space, right: Space) -> float | None:
+        """R in the measure that motions in these spaces share."""
+        if left is right is Space.JOINT and self.joint_radius is not None:
+            return self.joint_radius
+        return self.radius
 
 
 Kinematics = Callable[[Floats], Poses]  # joints (N, n) rad or m → pose of the TCP

@@ -15,7 +15,7 @@ from viapoint.runtime.path.keys import free_rate, passing_rate
 from viapoint.runtime.path.moves import Floats, Move, MoveKind
 from viapoint.runtime.path.rates import shortest_turn
 from viapoint.runtime.path.segments import PoseSegment, Segment
-from viapoint.runtime.path.shapes import IN_PLACE, quaternion, turns_in_place
+from viapoint.runtime.path.shapes import IN_PLACE, is_zero, quaternion, shape_alone, turns_in_place
 from viapoint.runtime.path.turns import Key, Turn, slerp, turn_through
 
 # A neighbour whose TCP moves slower than this (m per unit of w) gives no tangent.
@@ -44,6 +44,16 @@ def spline(move: Move, before: Neighbour | None, after: Neighbour | None) -> Pos
     inner2 = p3 - third * _unit(p3 - (p0 if p1 is None else p1), p3 - p0) if p2 is None else p2
     curve = Bezier(np.stack((p0, inner1, inner2, p3)), chord)
     return PoseSegment(curve, _spline_turn(move, before, after, chord))
+
+
+def programmed(move: Move) -> Segment | None:
+    """A motion's geometry by itself, without neighbours or round edges; None if nothing moves in it.
+
+    Raises GeometryError where the motion has no geometry.
+    """
+    if is_zero(move):
+        return None
+    return shape_alone(move) or spline(move, None, None)
 
 
 def is_spline(neighbour: Neighbour | None) -> bool:
