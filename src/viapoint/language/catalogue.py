@@ -10,7 +10,7 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final
 
-from viapoint.language.codes import execution, files, meaning, notes, planning, syntax
+from viapoint.language.codes import cells, execution, files, meaning, notes, planning, syntax
 from viapoint.language.codes.entry import Entry, Example
 
 __all__ = ["CATALOGUE", "Entry", "Example", "explain"]
@@ -23,7 +23,7 @@ SHOWN_WIDTH: Final = 100
 
 def _join() -> dict[str, Entry]:
     table: dict[str, Entry] = {}
-    for part in (syntax, meaning, files, planning, execution, notes):
+    for part in (syntax, meaning, files, cells, planning, execution, notes):
         for entry in part.ENTRIES:
             if entry.code in table:
                 raise ValueError(f"diagnostic code {entry.code} stands in the catalogue twice")

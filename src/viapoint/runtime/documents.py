@@ -6,14 +6,15 @@ model made of `viapoint.runtime.tables.Table`; pydantic itself is imported only 
 
 from __future__ import annotations
 
+import copy
 import difflib
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from enum import IntEnum, unique
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, get_args
 
 from viapoint.language.diagnostics import Diagnostic, sort_key
 
@@ -61,6 +62,9 @@ class Document:
     codes: str  # the code's letter and first two digits
     data: dict[str, Any]
     lines: Mapping[Key, int]
+    parts: Mapping[str | int, Document] = field(
+        default_factory=dict
+    )  # top-level keys with a file of their own
 
     def line(self, key: Key) -> int:
         """Line of the key, or of the nearest table around it."""
@@ -68,8 +72,14 @@ class Document:
             key = key[:-1]
         return self.lines.get(key, 1)
 
+    def with_part(self, key: str, part: Document) -> Document:
+        """This document with another one's content under a top-level key."""
+        return replace(self, data={**self.data, key: part.data}, parts={**self.parts, key: part})
+
     def fault(self, fault: Fault, key: Key, message: str, hint: str | None = None) -> Diagnostic:
-        """A diagnostic at a key of this file."""
+        """A diagnostic at a key of this file, or of the file that this part of it stands in."""
+        if key and key[0] in self.parts:
+            return self.parts[key[0]].fault(fault, key[1:], message, hint)
         return Diagnostic(
             code=f"{self.codes}{fault.value}",
             message=message,
@@ -112,6 +122,8 @@ def parse_document(name: str, text: str, codes: str) -> Document:
         found = re.search(r"\(at line (\d+)", str(error))
         line = int(found[1]) if found else text.count("\n") + 1
         message = re.sub(r" \(at .*\)$", "", str(error))
+        if not isinstance(error, tomllib.TOMLDecodeError):
+            message = "a whole number is too long"
     else:
         return Document(name, text, codes, data, key_lines(text))
     code = f"{codes}{Fault.SYNTAX.value}"
@@ -194,14 +206,53 @@ def _statement_end(text: str, position: int) -> int:
 _Model = TypeVar("_Model", bound="BaseModel")
 
 
-def check(document: Document, schema: type[_Model]) -> tuple[_Model | None, list[Diagnostic]]:
-    """The validated model, or None, and everything that is wrong."""
+@dataclass(frozen=True, slots=True)
+class Checked(Generic[_Model]):
+    """A document against a schema: its faults, and a model of what is left without the faulty parts.
+
+    `dropped` are the keys left out, so that further checks keep silent about what hangs on them.
+    No model: nothing usable is left.
+    """
+
+    model: _Model | None
+    faults: list[Diagnostic]
+    dropped: frozenset[Key]
+
+
+def check(document: Document, schema: type[_Model]) -> Checked[_Model]:
+    """Validate; with faults, once more without the faulty parts, so that checks across tables still run."""
     from pydantic import ValidationError
 
-    try:
-        return schema.model_validate(document.data), []
-    except ValidationError as error:
-        return None, [_diagnostic(document, schema, details) for details in error.errors(include_url=False)]
+    faults: list[Diagnostic] = []
+    dropped: set[Key] = set()
+    data = document.data
+    while True:
+        try:
+            return Checked(schema.model_validate(data), faults, frozenset(dropped))
+        except ValidationError as error:
+            found = error.errors(include_url=False)
+        if not dropped:
+            faults = [_diagnostic(document, schema, details) for details in found]
+            data = copy.deepcopy(data)
+        drops = {_drop(data, details["loc"]) for details in found}
+        if drops <= dropped:
+            return Checked(None, faults, frozenset(dropped))
+        dropped |= drops
+
+
+def _drop(data: dict[str, Any], key: Key) -> Key:
+    """Take the faulty key out; where it is missing, or in a list, the table or the list around it."""
+    table: Any = data
+    steps: list[dict[str, Any]] = []
+    for part in key:
+        if not (isinstance(table, dict) and isinstance(part, str) and part in table):
+            break
+        steps.append(table)
+        table = table[part]
+    path = key[: len(steps)]
+    if path:
+        del steps[-1][str(path[-1])]
+    return path
 
 
 # pydantic's error type, by prefix → fault and what the value should have been; {…} is its context.
@@ -256,7 +307,7 @@ def _shown(value: Any, fault: Fault) -> str:
         case bool():
             return "true" if value else "false"
         case int() | float():
-            return f"{value:.12g}" if abs(value) < 1e300 or value != value else str(value)[:12]
+            return f"{value:.12g}" if isinstance(value, float) or abs(value) < 1e300 else "one so long"
         case str():
             return f'"{value}"' if len(value) <= 40 else f'"{value[:37]}..."'
         case list():

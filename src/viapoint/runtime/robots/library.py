@@ -91,11 +91,11 @@ def _build(document: Document) -> Robot:
     """Check a robot file and make its robot. Raises RobotError."""
     from viapoint.runtime.robots.schema import RobotFile
 
-    model, faults = check(document, RobotFile)
-    if model is None:
-        raise RobotError(faults)
-    faults = _range_faults(document, model) + _coupling_faults(document, model)
-    if faults:
+    checked = check(document, RobotFile)
+    model, faults = checked.model, list(checked.faults)
+    if model is not None:
+        faults += _range_faults(document, model) + _coupling_faults(document, model)
+    if model is None or faults:
         raise RobotError(faults)
     lengths = {key: value * MM for key, value in model.parameters_mm.model_dump().items()}
     radius = model.body.radius_mm

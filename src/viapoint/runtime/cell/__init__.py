@@ -1,0 +1,52 @@
+"""The validated cell: robot, points, tools, frames, signals and limits, from a TOML file."""
+
+from viapoint.runtime.cell.default import default_cell
+from viapoint.runtime.cell.io import parse_signal, signal_fault
+from viapoint.runtime.cell.load import CellError, load_cell, parse_cell
+from viapoint.runtime.cell.model import (
+    AuxiliaryAxis,
+    Capsule,
+    Cell,
+    CellIndex,
+    Conveyor,
+    DefaultSpeed,
+    Drives,
+    Filter,
+    Frame,
+    Io,
+    OrientationCone,
+    PartQueue,
+    PathLimits,
+    Point,
+    Signal,
+    SignalKind,
+    Tool,
+    Zone,
+)
+
+__all__ = [
+    "AuxiliaryAxis",
+    "Capsule",
+    "Cell",
+    "CellError",
+    "CellIndex",
+    "Conveyor",
+    "DefaultSpeed",
+    "Drives",
+    "Filter",
+    "Frame",
+    "Io",
+    "OrientationCone",
+    "PartQueue",
+    "PathLimits",
+    "Point",
+    "Signal",
+    "SignalKind",
+    "Tool",
+    "Zone",
+    "default_cell",
+    "load_cell",
+    "parse_cell",
+    "parse_signal",
+    "signal_fault",
+]

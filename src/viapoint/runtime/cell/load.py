@@ -1,0 +1,131 @@
+"""Cell files: read, checked as a whole, built."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from viapoint.language.diagnostics import Diagnostic
+from viapoint.language.source import Source
+from viapoint.language.units import DEG, MM
+from viapoint.runtime.cell import geometry, io
+from viapoint.runtime.cell import robot as robots
+from viapoint.runtime.cell.checking import Checker
+from viapoint.runtime.cell.model import Cell, DefaultSpeed, Filter, Frame
+from viapoint.runtime.documents import (
+    CELL_CODES,
+    Document,
+    DocumentError,
+    check,
+    parse_document,
+    read_document,
+)
+from viapoint.runtime.rotations import invert_pose
+
+if TYPE_CHECKING:
+    from viapoint.runtime.cell.schema import CellFile
+
+
+class CellError(DocumentError):
+    """A cell that cannot be used; `diagnostics` holds every reason, each with key and line."""
+
+
+def load_cell(path: str | Path) -> Cell:
+    """The cell of a file. Raises CellError with all diagnostics."""
+    try:
+        document = read_document(Path(path), CELL_CODES)
+    except DocumentError as error:
+        raise CellError(error.diagnostics) from None
+    return _build(document)
+
+
+def parse_cell(text: str, name: str = "<cell>") -> Cell:
+    """The cell of a text; relative paths in it start at the name's folder. Raises CellError."""
+    try:
+        document = parse_document(name, text, CELL_CODES)
+    except DocumentError as error:
+        raise CellError(error.diagnostics) from None
+    return _build(document)
+
+
+def _build(document: Document) -> Cell:
+    from viapoint.runtime.cell.schema import CellFile
+
+    document, faults = _with_points(document)
+    checked = check(document, CellFile)
+    faults += checked.faults
+    cell = None
+    if checked.model is not None:
+        checker = Checker(document)
+        cell = _assemble(checker, checked.model)
+        faults += checker.faults(checked.dropped)
+    if faults or cell is None:
+        raise CellError(faults)
+    return cell
+
+
+def _with_points(document: Document) -> tuple[Document, list[Diagnostic]]:
+    """`points = "file"` replaced by what the file holds."""
+    name = document.data.get("points")
+    if not isinstance(name, str):
+        return document, []
+    path = Path(document.name).parent / name
+    try:
+        return document.with_part("points", read_document(path, CELL_CODES)), []
+    except DocumentError as error:
+        without = {key: value for key, value in document.data.items() if key != "points"}
+        return replace(document, data=without), list(error.diagnostics)
+
+
+def _assemble(checker: Checker, file: CellFile) -> Cell | None:
+    """The cell of a checked file; None, with faults, where its robot is not known."""
+    robot = robots.build_robot(checker, file)
+    if robot is None:
+        return None
+    X_world_base = geometry.frame_pose(file.robot.zero_frame)
+    X_base_zero = invert_pose(X_world_base)  # F 4-28
+    frames = {0: Frame(index=0, name=None, X_base_frame=X_base_zero, live=False)}
+    frames |= checker.indexed("frames", file.frames, lambda _, each: geometry.build_frame(each, X_base_zero))
+    conveyors = checker.indexed(
+        "conveyors",
+        file.conveyors,
+        lambda key, each: geometry.build_conveyor(checker, key, each, X_base_zero),
+    )
+    axes = robots.build_auxiliary(checker, file)
+    controller = file.controller
+    return Cell(
+        robot=robot,
+        home=robots.build_home(checker, file, robot),
+        X_world_base=X_world_base,
+        tick=controller.tick_s,
+        lookahead=controller.lookahead,
+        default_speed=DefaultSpeed(
+            path=controller.default_speed.path_mm_s * MM, joint=controller.default_speed.joint_deg_s * DEG
+        ),
+        profile=controller.profile,
+        path_tolerance=controller.path_tolerance_mm * MM,
+        filter=Filter(ticks=controller.filter.ticks, sigma=controller.filter.sigma),
+        emergency_deceleration_factor=controller.emergency_deceleration_factor,
+        tracking_reserve=controller.tracking_reserve,
+        mm_per_deg=controller.mm_per_deg,
+        path_limits=robots.path_limits(file.limits.path),
+        points=geometry.build_points(checker, file.points, robot, axes),
+        tools={0: geometry.no_tool()} | checker.indexed("tools", file.tools, geometry.build_tool),
+        frames=frames,
+        io=io.build_io(checker, file.io),
+        m_functions=io.build_m_functions(checker, file),
+        variables=io.build_variables(checker, file),
+        conveyors=conveyors,
+        zones=geometry.build_zones(checker, file, frames),
+        orientation_cone=geometry.build_cone(checker, file.orientation_cone),
+        auxiliary_axes=axes,
+        drives=robots.build_drives(checker, file, robot),
+        source=Source(checker.document.name, checker.document.text),
+        points_source=_points_source(checker.document),
+    )
+
+
+def _points_source(document: Document) -> Source | None:
+    part = document.parts.get("points")
+    return None if part is None else Source(part.name, part.text)
