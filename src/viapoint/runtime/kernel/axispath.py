@@ -8,6 +8,7 @@ the set points that leave are the very functions that were verified. Not here: t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -17,6 +18,7 @@ from viapoint.language.units import DEG
 from viapoint.runtime.kernel import chebyshev
 from viapoint.runtime.kernel.chebyshev import Cells
 from viapoint.runtime.kernel.failure import PlanningError
+from viapoint.runtime.kernel.sampling import Cell as _Cell
 from viapoint.runtime.kernel.sampling import Stretch, sample
 from viapoint.runtime.path import Space
 from viapoint.runtime.records import Floats
@@ -50,7 +52,6 @@ _JOIN_GAP: Final = 1e-6
 _RANGE_SLACK: Final = 1e-9
 """rad by which a joint may pass its range: rounding of a target that lies exactly on it."""
 
-_Cell = tuple[float, float]  # start, width
 _Done = tuple[float, float, Floats, Floats]  # start, width, values, coefficients
 
 
@@ -78,15 +79,26 @@ class AxisPath:
         """TCP length at the end, m."""
         return float(self._last[self.n + 2])
 
-    def extend(self, stretch: Stretch, configuration: int) -> None:
-        """Compile a finished piece onto the end. Raises PlanningError naming the line: pose out of
-        reach, joint out of range, or joints that cannot follow continuously."""
-        done = sorted(self._converge(stretch, configuration), key=lambda d: d[0])
-        starts = np.array([d[0] for d in done])
-        widths = np.array([d[1] for d in done])
-        coeffs = self._chain(stretch, done)
-        self._cells.append(self.length + starts, widths, coeffs)
-        self.length += stretch.curve.length
+    def extend(self, stretches: Sequence[Stretch], configuration: int) -> None:
+        """Compile finished pieces onto the end, all in one configuration.
+
+        Raises PlanningError naming the line: pose out of reach, joint out of range, or joints that cannot
+        follow continuously. What comes before the bad piece is then on the path.
+        """
+        try:
+            cells = self._converge(stretches, configuration)
+        except PlanningError:
+            if len(stretches) == 1:
+                raise
+            for stretch in stretches:
+                self.extend((stretch,), configuration)
+            return
+        for stretch, done in zip(stretches, cells, strict=True):
+            done.sort(key=lambda d: d[0])
+            coeffs = self._chain(stretch, done)
+            starts, widths = np.array([d[:2] for d in done]).T
+            self._cells.append(self.length + starts, widths, coeffs)
+            self.length += stretch.length
 
     def values(self, s: Floats) -> Floats:
         """Limited axes (N, n + 2) at s (N,)."""
@@ -109,22 +121,27 @@ class AxisPath:
         """Drop what lies wholly before s: the robot will not come back there."""
         self._cells.forget(s)
 
-    def _converge(self, stretch: Stretch, configuration: int) -> list[_Done]:
-        length = stretch.curve.length
-        count = max(1, round(length / _FIRST_CELL))
-        todo: list[_Cell] = [(k * length / count, length / count) for k in range(count)]
-        done: list[_Done] = []
+    def _converge(self, stretches: Sequence[Stretch], configuration: int) -> list[list[_Done]]:
+        """Cells of each stretch, halved until all are good; one batch a round for all stretches."""
+        todo: list[_Cell] = []
+        for index, stretch in enumerate(stretches):
+            count = max(1, round(stretch.length / _FIRST_CELL))
+            width = stretch.length / count
+            todo += [_Cell(index, k * width, width) for k in range(count)]
+        done: list[list[_Done]] = [[] for _ in stretches]
         while todo:
-            starts, widths = np.array(todo).T
-            values = sample(self.robot, stretch, starts, widths, configuration, self._last[: self.n])
+            values = sample(self.robot, stretches, todo, configuration, self._last[: self.n])
             coeffs = chebyshev.coefficients(values)
-            good = self._converged(values, coeffs, widths)
-            done += [(*todo[k], values[k], coeffs[k]) for k in np.flatnonzero(good)]
-            rest = [todo[k] for k in np.flatnonzero(~good)]
-            for start, width in rest:
-                if width < _VANISHING_CELL:
-                    raise self._jump(stretch, start)
-            todo = [(start + h * width / 2, width / 2) for start, width in rest for h in (0, 1)]
+            good = self._converged(values, coeffs, np.array([c.width for c in todo]))
+            rest: list[_Cell] = []
+            for k, cell in enumerate(todo):
+                if good[k]:
+                    done[cell.stretch].append((cell.start, cell.width, values[k], coeffs[k]))
+                elif cell.width < _VANISHING_CELL:
+                    raise self._jump(stretches[cell.stretch], cell.start)
+                else:
+                    rest += cell.halves()
+            todo = rest
         return done
 
     def _converged(self, values: Floats, coeffs: Floats, widths: Floats) -> npt.NDArray[np.bool_]:

@@ -275,7 +275,7 @@ class Kernel:
                 self.state = State.MOVING
                 return
             elif self.planner.undecided:
-                self.planner.close()
+                self.planner.stop()
             else:
                 self._wait()
                 return

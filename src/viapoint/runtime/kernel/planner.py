@@ -43,7 +43,8 @@ class Planner:
         self._lines: dict[int, int] = {}
         self._open: int | None = None  # tag of the motion whose corner is not decided yet
         self._tool = 0
-        self._forced_by: int | None = None
+        self._last = -1  # tag of the last motion
+        self._forced_by: dict[int, int] = {}  # tag of a motion to the line that makes its end a stop
 
     @property
     def undecided(self) -> bool:
@@ -52,26 +53,33 @@ class Planner:
 
     def plan(self) -> bool:
         """Plan all that the buffer holds; True if there was anything."""
-        progressed = False
-        while self.failure is None and (entry := self._buffer.to_plan()) is not None:
-            try:
+        if self.failure is not None or self._buffer.to_plan() is None:
+            return False
+        try:
+            while (entry := self._buffer.to_plan()) is not None:
                 self._plan(entry)
-            except MotionError as error:
-                self._fail(error)
-            else:
                 self._buffer.planned()
-            progressed = True
-        return progressed
+            self._take()
+        except MotionError as error:
+            self._fail(error)
+        return True
+
+    def stop(self) -> None:
+        """Nothing more will come for now: the path stops exactly at the end of the last motion."""
+        try:
+            self.close()
+            self._take()
+        except MotionError as error:
+            self._fail(error)
 
     def close(self, line: int | None = None) -> None:
         """The path stops exactly at the end of the last motion; `line` is the statement that makes it."""
         if self._open is None:
             return
-        self._forced_by = line
-        self._chain.close()
-        self._take()
-        self._forced_by = None
         self._open = None
+        self._chain.close()
+        if line is not None:
+            self._forced_by[self._last] = line
 
     def abort(self, error: MotionError) -> None:
         """The interpreter cannot go on: what is in the buffer is still run, then `error` stands."""
@@ -109,12 +117,11 @@ class Planner:
             move = replace(move, corner=replace(move.corner, stop=True))
         self.route.announce(tag, replace(resolved, move=move), motion.line)
         self._lines[tag] = motion.line
-        self._open = tag
+        self._open = self._last = tag
         try:
             self._chain.push(move)
         except GeometryError as error:
             raise PlanningError(error.code, error.message, motion.line) from None
-        self._take()
 
     def _take(self) -> None:
         """Hand finished pieces and decided corners over."""
@@ -123,13 +130,15 @@ class Planner:
             line = self._lines.pop(transition.tag)
             following = transition.next_tag
             next_line = None if following is None else self._lines[following]
-            self.corners.append(Corner(line, next_line, transition, self._forced_by))
+            self.corners.append(Corner(line, next_line, transition, self._forced_by.pop(transition.tag, None)))
         self.route.take(pieces, marks)
 
     def _fail(self, error: MotionError) -> None:
+        """Everything before the failure stands, and the path ends there at rest."""
         self.failure = error
         try:
             self.close()
-        except MotionError as earlier:  # the end of the last motion cannot be planned either: it comes first
+            self._take()
+        except MotionError as earlier:  # what came before cannot be planned either: that is the failure
             self.failure = earlier
         self.route.stop_here()

@@ -26,6 +26,10 @@ _HELD_TURN: Final = 1e-9
 """rad. Free joints that must turn by more than this before the TCP can leave a singular pose do so first."""
 
 
+_SAME_PLACE: Final = 1e-12
+"""m: rounding of summed lengths."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Planned:
     """A motion on the route."""
@@ -50,6 +54,7 @@ class Route:
         self._count = 0  # pieces taken, as the chain counts them
         self._after = {0: 0.0}  # s after the first so many pieces
         self._before: Piece | None = None
+        self._waiting: list[tuple[Stretch, _Planned]] = []
         self._configuration: int | None = None
         self._bounds_at: list[float] = []
         self._rules: list[tuple[float, ...]] = []
@@ -71,9 +76,10 @@ class Route:
         """
         try:
             for k, piece in enumerate(pieces):
-                following = pieces[k + 1] if k + 1 < len(pieces) else None
-                self._take(piece, following)
+                self._add(piece, pieces[k + 1] if k + 1 < len(pieces) else None)
+            self._compile()
         finally:
+            self._waiting.clear()
             for mark in marks:
                 if mark.pieces <= self._count:
                     self._places[mark.tag] = self._after[mark.pieces]
@@ -119,22 +125,42 @@ class Route:
             del self._motions[old]
             self._places.pop(old, None)
 
-    def _take(self, piece: Piece, following: Piece | None) -> None:
+    def _add(self, piece: Piece, following: Piece | None) -> None:
+        """Queue a piece; pieces in one configuration are compiled together."""
         motion = self._motions[piece.tag]
         stretch = Stretch(piece, motion.X_tool_flange, motion.line, self._path_limits(piece, following))
         if piece.space is Space.JOINT:
+            self._compile()
             self._configuration = None
         elif self._configuration is None:
+            self._compile()
             self._configuration = self._enter(stretch, motion)
-        start = self.end
-        self.axes.extend(stretch, self._configuration or 0)
-        self._bound(start, motion, joint_space=self._is_joint(piece))
-        self._count += 1
-        self._after[self._count] = self.end
-        self.ends.append(self.end)
+        self._waiting.append((stretch, motion))
         self._before = piece
         if piece.stop:
+            self._compile()
             self.stop_here()
+        elif piece.space is Space.JOINT:
+            self._compile()
+
+    def _compile(self) -> None:
+        """Compile the queued pieces."""
+        waiting, self._waiting = self._waiting, []
+        if not waiting:
+            return
+        start = self.end
+        try:
+            self.axes.extend([stretch for stretch, _ in waiting], self._configuration or 0)
+        finally:
+            for stretch, motion in waiting:
+                end = start + stretch.length
+                if end > self.end + _SAME_PLACE:
+                    break
+                self._bound(start, motion, joint_space=self._is_joint(stretch.curve))
+                self._count += 1
+                self._after[self._count] = end
+                self.ends.append(end)
+                start = end
 
     def _is_joint(self, piece: Piece | None) -> bool:
         return piece is not None and self._motions[piece.tag].resolved.move.kind is MoveKind.JOINT
@@ -179,7 +205,7 @@ class Route:
         pieces, _, _ = chain.take()
         for piece in pieces:
             start = self.end
-            self.axes.extend(Stretch(piece, motion.X_tool_flange, motion.line, PathLimits.FREE), 0)
+            self.axes.extend([Stretch(piece, motion.X_tool_flange, motion.line, PathLimits.FREE)], 0)
             self._bound(start, motion, joint_space=True)
             self.ends.append(self.end)
         self.stops.append(self.end)

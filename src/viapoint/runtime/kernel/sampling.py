@@ -7,10 +7,11 @@ node is extrapolated from its neighbourhood on the path, so that joints stay con
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum, unique
 from functools import cached_property
-from typing import Final, Protocol, assert_never
+from typing import Final, NamedTuple, Protocol, assert_never
 
 import numpy as np
 from numpy.polynomial import Chebyshev
@@ -114,44 +115,79 @@ class Stretch(FlangePath):
         return first, second
 
 
+class Cell(NamedTuple):
+    """An interval of a stretch that one polynomial shall represent."""
+
+    stretch: int
+    start: float
+    width: float
+
+    def halves(self) -> list[Cell]:
+        """Two cells in its place."""
+        half = 0.5 * self.width
+        return [Cell(self.stretch, self.start, half), Cell(self.stretch, self.start + half, half)]
+
+
 def sample(
     robot: Robot,
-    stretch: Stretch,
-    starts: Floats,
-    widths: Floats,
+    stretches: Sequence[Stretch],
+    cells: Sequence[Cell],
     configuration: int,
     reference: Floats,
 ) -> Floats:
-    """Values (C, D+1, n+4) of joints and lengths at the nodes of cells [start, start + width] of a piece.
+    """Values (C, D+1, n+4) of joints and lengths at the nodes of cells, given in the order of stretches.
 
     Joints are continuous within each cell; cells are chained by the caller. Raises PlanningError where
     a pose is out of reach.
     """
-    w = np.clip(starts[:, None] + widths[:, None] * NODES, 0.0, stretch.curve.length)
-    flat = w.ravel()
-    if stretch.curve.space is Space.JOINT:
-        q = stretch.curve.joints(flat)
-    else:
-        q = _joints_on_path(robot, stretch, flat, configuration, reference)
-    values = np.concatenate((q, stretch.lengths(flat)), axis=1).reshape(*w.shape, -1)
-    if stretch.curve.space is not Space.JOINT:
-        n = q.shape[1]
-        turning = ~robot.prismatic
-        values[:, :, :n][:, :, turning] = np.unwrap(values[:, :, :n][:, :, turning], axis=1)
+    places = [_Places(stretches[k], group) for k, group in _grouped(cells)]
+    posed = [p for p in places if p.stretch.curve.space is Space.POSE]
+    joints = iter(_joints_on_path(robot, posed, configuration, reference) if posed else ())
+    blocks = []
+    for p in places:
+        q = next(joints) if p.stretch.curve.space is Space.POSE else p.stretch.curve.joints(p.w)
+        blocks.append(np.concatenate((q, p.stretch.lengths(p.w)), axis=1))
+    values = np.concatenate(blocks).reshape(len(cells), len(NODES), -1)
+    turning = np.flatnonzero(~robot.prismatic)
+    values[:, :, turning] = np.unwrap(values[:, :, turning], axis=1)
     return values
 
 
+def _grouped(cells: Sequence[Cell]) -> list[tuple[int, list[Cell]]]:
+    groups: dict[int, list[Cell]] = {}
+    for cell in cells:
+        groups.setdefault(cell.stretch, []).append(cell)
+    return list(groups.items())
+
+
+class _Places:
+    """The nodes w (N,) of some cells of one stretch."""
+
+    def __init__(self, stretch: Stretch, cells: Sequence[Cell]) -> None:
+        self.stretch = stretch
+        starts = np.array([c.start for c in cells])
+        widths = np.array([c.width for c in cells])
+        self.w = np.clip((starts[:, None] + widths[:, None] * NODES).ravel(), 0.0, stretch.length)
+
+
 def _joints_on_path(
-    robot: Robot, stretch: Stretch, w: Floats, configuration: int, reference: Floats
-) -> Floats:
-    X = stretch.flange_poses(w)
+    robot: Robot, places: Sequence[_Places], configuration: int, reference: Floats
+) -> list[Floats]:
+    """Joints (N, n) at the places of each stretch, from one batch of inverse kinematics."""
+    X = np.concatenate([p.stretch.flange_poses(p.w) for p in places])
     q, reachable = robot.ik_branch(X, configuration, reference)
-    if not reachable.all():
-        raise _out_of_reach(stretch, float(w[np.argmin(reachable)]))
     singular = robot.kinematics.free_joint(X, q)
-    if singular.any():
-        q[singular] = _at_singular(robot, stretch, w[singular], configuration, reference)
-    return q
+    found = []
+    end = 0
+    for p in places:
+        rows = slice(end, end := end + len(p.w))
+        if not reachable[rows].all():
+            raise _out_of_reach(p.stretch, float(p.w[np.argmin(reachable[rows])]))
+        if singular[rows].any():
+            held = rows.start + np.flatnonzero(singular[rows])
+            q[held] = _at_singular(robot, p.stretch, p.w[singular[rows]], configuration, reference)
+        found.append(q[rows])
+    return found
 
 
 def _at_singular(
