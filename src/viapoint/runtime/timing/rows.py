@@ -1,0 +1,198 @@
+"""The limits as rows on the coefficients c of x(s) = ṡ²; tightened copies of them for a solve.
+
+With q(s) an axis, q̇ = q′ṡ, q̈ = ½q′x′ + q″x and d³q/dt³ = (½q′x″ + (3/2)q″x′ + q‴x)√x (chain rule with
+s̈ = ½x′). Speed bounds c; acceleration is linear in x at the knots; jerk reads L(c) ≤ j/√x, at both
+ends of every piece. Rows are scaled so that a limit is 1. Not here: ticks, and the solver.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from viapoint.runtime.records import Floats
+from viapoint.runtime.timing.limits import AxisLimits
+from viapoint.runtime.timing.spline import Spline
+
+SPEED_PART: Final = 0.9995
+"""Part of the speed limits planned with; the rest is for the difference of ticks and knots."""
+
+ACCELERATION_PART: Final = 0.9985
+JERK_PART: Final = 1.03
+"""Jerk counts over three ticks, which smooths its peaks; ticks are allowed 1.05."""
+
+_UNBOUNDED: Final = 1e3
+"""Limit of a direction that has none, in units of the other direction's."""
+
+Band = tuple[Floats, Floats, Floats]
+"""Entries on the coefficient before, of and after each piece."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """m axes, n pieces, scaled by the limits. Immutable; `tightened` gives what the solver takes."""
+
+    spline: Spline
+    lo: Floats  # (m, n+1) acceleration at knots: entry on the coefficient before the knot
+    hi: Floats  # (m, n+1) and behind it
+    above: Floats  # (m, n+1) its upper limit: 1, but for separate decelerations
+    below: Floats  # (m, n+1) its lower limit, positive
+    left: Band  # (m, n) each: jerk/√x at the left end of the pieces
+    right: Band  # (m, n) each: at the right end
+    inverse_max: Floats  # (n,) 1/bound of c
+    knot_max: Floats  # (n+1,) bound of x at the knots; inf: none
+    programmed: Floats  # (n,) programmed speed of the pieces
+
+
+@dataclass(frozen=True, slots=True)
+class Tightening:
+    """Factors by which rows are multiplied: acceleration (n+1,), jerk (n,), speed (n,); 1: as planned."""
+
+    acceleration: Floats
+    jerk: Floats
+    speed: Floats
+
+    @staticmethod
+    def none(n: int) -> Tightening:
+        """No tightening of n pieces."""
+        return Tightening(np.ones(n + 1), np.ones(n), np.ones(n))
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """What the solver takes: minimise Σ weight/√c subject to the rows; the first `fixed` c are given."""
+
+    weight: Floats  # (n,)
+    fixed: int
+    lo: Floats  # (m, n+1)
+    hi: Floats
+    above: Floats
+    below: Floats
+    value_lo: Floats  # (n+1,) x at the knots, scaled by its bound
+    value_hi: Floats
+    jm: Floats  # (2m, n) jerk rows, left ends then right ends
+    j0: Floats
+    jp: Floats
+    inverse_max: Floats  # (n,)
+
+
+def build(
+    spline: Spline,
+    first: Floats,
+    second: Floats,
+    limits: AxisLimits,
+    programmed: Floats,
+    in_jerk: Floats,
+) -> Rows:
+    """Rows from the curve's first and second derivatives (n+1, m) at the knots.
+
+    `programmed` (n,) bounds ṡ on the pieces; `in_jerk` (m,) are the jerk limits planned with.
+    """
+    lo, hi, above, below = _acceleration(spline, first, second, limits)
+    left, right = _jerk(spline, first, second, in_jerk * JERK_PART)
+    inverse_max = 1.0 / _speed(spline, first, second, limits, programmed) ** 2
+    _bound_rest(spline, first, in_jerk * JERK_PART, inverse_max)
+    with np.errstate(divide="ignore"):
+        knot_max = 1.0 / np.maximum(
+            np.append(inverse_max[:1], inverse_max), np.append(inverse_max, inverse_max[-1:])
+        )
+    if spline.fixed:
+        inverse_max[: spline.fixed] = 0.0
+        knot_max[: spline.fixed] = np.inf
+        for rows in (lo, hi):
+            rows[:, : spline.fixed] = 0.0
+        for rows in (*left, *right):
+            rows[:, 0] = 0.0
+    return Rows(spline, lo, hi, above, below, left, right, inverse_max, knot_max, programmed)
+
+
+def _acceleration(
+    spline: Spline, first: Floats, second: Floats, limits: AxisLimits
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """½q′x′ + q″x at the knots; along the motion of an axis its acceleration, against it its deceleration."""
+    scale = limits.gentlest * ACCELERATION_PART
+    q1, q2 = (first / scale).T, (second / scale).T
+    lo = 0.5 * q1 * spline.slope_lo + q2 * spline.value_lo
+    hi = 0.5 * q1 * spline.slope_hi + q2 * spline.value_hi
+    if limits.deceleration is None:
+        ones = np.ones_like(lo)
+        return lo, hi, ones, ones
+    with np.errstate(invalid="ignore"):
+        speeding = np.fmin(limits.acceleration * ACCELERATION_PART / scale, _UNBOUNDED)[:, None]
+        braking = np.fmin(limits.deceleration * ACCELERATION_PART / scale, _UNBOUNDED)[:, None]
+    forward = first.T >= 0.0
+    return lo, hi, np.where(forward, speeding, braking), np.where(forward, braking, speeding)
+
+
+def _jerk(spline: Spline, first: Floats, second: Floats, limit: Floats) -> tuple[Band, Band]:
+    """½q′x″ + (3/2)q″x′ + q‴x at both ends of the pieces; q‴ is the mean over the piece."""
+    h = spline.width
+    q1, q2 = (0.5 * first / limit).T, (1.5 * second / limit).T
+    q3 = np.diff(second, axis=0).T / h / limit[:, None]
+    bend_m = -spline.slope_lo[:-1] / h
+    bend_0 = (spline.slope_lo[1:] - spline.slope_hi[:-1]) / h
+    bend_p = spline.slope_hi[1:] / h
+    a, b = q1[:, :-1], q2[:, :-1]
+    left = (
+        a * bend_m + b * spline.slope_lo[:-1] + q3 * spline.value_lo[:-1],
+        a * bend_0 + b * spline.slope_hi[:-1] + q3 * spline.value_hi[:-1],
+        a * bend_p,
+    )
+    a, b = q1[:, 1:], q2[:, 1:]
+    right = (
+        a * bend_m,
+        a * bend_0 + b * spline.slope_lo[1:] + q3 * spline.value_lo[1:],
+        a * bend_p + b * spline.slope_hi[1:] + q3 * spline.value_hi[1:],
+    )
+    return left, right
+
+
+def _speed(spline: Spline, first: Floats, second: Floats, limits: AxisLimits, programmed: Floats) -> Floats:
+    """Bound of ṡ (n,) on the pieces: programmed, and every axis's at both ends and the middle."""
+    middle = 0.5 * (first[1:] + first[:-1]) - 0.125 * spline.width[:, None] * np.diff(second, axis=0)
+    fastest = np.maximum(np.maximum(np.abs(first[1:]), np.abs(first[:-1])), np.abs(middle))
+    with np.errstate(divide="ignore"):
+        axes = 1.0 / (fastest / limits.speed).max(axis=1, initial=0.0)
+    return SPEED_PART * np.minimum(axes, programmed)
+
+
+def _bound_rest(spline: Spline, first: Floats, jerk: Floats, inverse_max: Floats) -> None:
+    """The constant jerk at a rest end is (2/9) x^(3/2)/r²; bound c there so that no axis exceeds its own."""
+    ends = ((0, spline.rest_start, spline.value_hi[0]), (-1, spline.rest_end, spline.value_lo[-1]))
+    for k, rest, value in ends:
+        if rest > 0.0:
+            share = (np.abs(first[k]) / jerk).max(initial=0.0) * (2.0 / 9.0) / rest**2
+            inverse_max[k] = max(inverse_max[k], value * share ** (2.0 / 3.0))
+
+
+def tightened(rows: Rows, by: Tightening, c: Floats) -> Problem:
+    """The problem around the iterate c: jerk's √x at the ends of a piece as a multiple of its √c."""
+    spline = rows.spline
+    x, _ = spline.at_knots(c)
+    ratio_left = np.sqrt(np.maximum(x[:-1], 0.0) / c) * by.jerk
+    ratio_right = np.sqrt(np.maximum(x[1:], 0.0) / c) * by.jerk
+    jm, j0, jp = (
+        np.vstack((a * ratio_left, b * ratio_right)) for a, b in zip(rows.left, rows.right, strict=True)
+    )
+    speed = by.speed**2
+    inverse_max = rows.inverse_max * speed
+    for k, fixed in ((0, spline.fixed > 0), (-1, False)):
+        if not fixed:
+            inverse_max[k] *= max(1.0, by.jerk[k]) ** (2.0 / 3.0)
+    knot_max = rows.knot_max / np.maximum(np.append(speed[:1], speed), np.append(speed, speed[-1:]))
+    return Problem(
+        weight=spline.weight,
+        fixed=spline.fixed,
+        lo=rows.lo * by.acceleration,
+        hi=rows.hi * by.acceleration,
+        above=rows.above,
+        below=rows.below,
+        value_lo=spline.value_lo / knot_max,
+        value_hi=spline.value_hi / knot_max,
+        jm=jm,
+        j0=j0,
+        jp=jp,
+        inverse_max=inverse_max,
+    )

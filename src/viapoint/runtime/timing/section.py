@@ -1,0 +1,148 @@
+"""One section made ready for the solver: knots, rows, programmed speeds; and what an extension needs of it.
+
+A section runs from rest, or from a state in motion, to rest. Not here: the loop around the solver.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from viapoint.runtime.records import Floats
+from viapoint.runtime.timing import knots as knotting
+from viapoint.runtime.timing import rows as limiting
+from viapoint.runtime.timing.curve import AxisCurve
+from viapoint.runtime.timing.estimate import INSET, Estimate, inner_breaks
+from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
+from viapoint.runtime.timing.rows import Rows, Tightening
+from viapoint.runtime.timing.spline import Spline, make
+
+_START_SHARE: Final = 0.5
+"""Part of the estimated speed the solver starts from, squared below: inside most limits."""
+
+_JERK_COUNTS: Final = 2.0
+"""Differences of accelerations within ±a never exceed 2a per tick: a jerk limit above needs no row."""
+
+_STOP_SHARE: Final = 0.25
+"""Longest first piece in motion, as part of v²/|a|: its coefficient must stay positive."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What an extension needs: the spline, its coefficients, its tightening; the law's index of knot 0."""
+
+    spline: Spline
+    c: Floats
+    tightening: Tightening
+    first_knot: int
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """The motion at the start of a section: parameter, ṡ and s̈."""
+
+    s: float
+    v: float
+    a: float
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What is asked: the curve and its limits to s_end, checked at ticks."""
+
+    curve: AxisCurve
+    limits: AxisLimits
+    bound: SpeedBound
+    s_end: float
+    tick: float
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Rows, the solver's start (n,), first factors."""
+
+    rows: Rows
+    start: Floats
+    tightening: Tightening
+
+
+def from_rest(ask: Request, est: Estimate, s_start: float) -> Section:
+    """The section from rest at s_start to rest at the end."""
+    length = ask.s_end - s_start
+    rest = knotting.rest_length(est, est.jerk_start, length)
+    marks = _marks(ask, s_start, s_start + rest, est, length)
+    knots = knotting.place(est, marks, knotting.spacing(est, ask.tick), ask.tick)
+    spline = make(knots, rest, ask.s_end - marks[-1])
+    return Section(_rows(ask, spline), guess(est, spline), Tightening.none(len(spline.width)))
+
+
+def from_motion(ask: Request, est: Estimate, state: State) -> Section:
+    """The section from a state in motion to rest; nothing is known of the pieces before."""
+    length = ask.s_end - state.s
+    marks = _marks(ask, state.s, state.s, est, length)
+    knots = knotting.place(est, marks, knotting.spacing(est, ask.tick), ask.tick)
+    return with_state(ask, est, knots, ask.s_end - marks[-1], state)
+
+
+def with_state(ask: Request, est: Estimate, knots: Floats, rest_end: float, state: State) -> Section:
+    """The section over knots whose first lies at the state's parameter; a virtual piece carries the state."""
+    x, slope = state.v**2, 2.0 * state.a
+    reach = _STOP_SHARE * x / max(abs(state.a), 1e-12 * x / (knots[-1] - knots[0]))
+    if knots[1] - knots[0] > reach:
+        knots = np.concatenate((knots[:1], [knots[0] + reach], knots[1:]))
+    ahead = knots[1] - knots[0]
+    before = min(ahead, reach)
+    spline = make(np.concatenate(([knots[0] - before], knots)), 0.0, rest_end)
+    start = guess(est, spline)
+    start[:2] = x - 0.5 * slope * before, x + 0.5 * slope * ahead
+    return Section(_rows(ask, spline), start, Tightening.none(len(spline.width)))
+
+
+def _marks(ask: Request, s_start: float, first: float, est: Estimate, length: float) -> Floats:
+    """First knot, breaks, last knot; the rest pieces outside are free of breaks that matter."""
+    last = ask.s_end - knotting.rest_length(est, est.jerk_end, length)
+    inner = inner_breaks(ask.curve, s_start, ask.s_end)[1:-1]
+    return np.concatenate(([first], inner[(inner > first) & (inner < last)], [last]))
+
+
+def guess(est: Estimate, spline: Spline) -> Floats:
+    """Coefficients the solver starts from: a part of the estimated speed."""
+    middle = 0.5 * (spline.knots[1:] + spline.knots[:-1])
+    x = _START_SHARE * np.interp(middle, est.s, est.v) ** 2
+    return np.maximum(x, 1e-9 * float(x.max()))
+
+
+def _rows(ask: Request, spline: Spline) -> Rows:
+    knots = spline.knots
+    first, second, _ = ask.curve.derivatives(np.maximum(knots, knots[1]) if spline.fixed else knots)
+    counts = ask.limits.jerk * ask.tick < _JERK_COUNTS * np.maximum(
+        ask.limits.acceleration, ask.limits.braking
+    )
+    in_jerk = np.where(counts, ask.limits.jerk, np.inf)
+    return limiting.build(spline, first, second, ask.limits, programmed_speed(ask, spline), in_jerk)
+
+
+def programmed_speed(ask: Request, spline: Spline) -> Floats:
+    """Smallest programmed speed (n,) on the pieces: both ends, middle, and breaks without a knot."""
+    low, high = spline.knots[:-1], spline.knots[1:]
+    inset = INSET * spline.width
+    breaks = np.asarray(ask.curve.breaks, dtype=np.float64)
+    breaks = breaks[(breaks > low[0]) & (breaks < high[-1])]
+    piece = np.searchsorted(spline.knots, breaks, side="right") - 1
+    around = np.concatenate((breaks - inset[piece], breaks + inset[piece]))
+    asked = np.concatenate((low + inset, 0.5 * (low + high), high - inset, around))
+    asked = np.maximum(asked, spline.knots[1] if spline.fixed else asked)
+    bounds = ask.bound(asked)
+    n = len(low)
+    slowest = bounds[: 3 * n].reshape(3, n).min(axis=0)
+    owner = np.clip(np.searchsorted(spline.knots, around, side="right") - 1, 0, n - 1)
+    np.minimum.at(slowest, owner, bounds[3 * n :])
+    if not np.all(slowest > 0.0):
+        from viapoint.runtime.timing.errors import TimingError
+
+        raise TimingError(
+            "the programmed speed is not a positive number", float(low[np.argmin(slowest > 0.0)])
+        )
+    return slowest
