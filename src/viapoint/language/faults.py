@@ -11,7 +11,7 @@ from typing import Final
 
 from viapoint.language.commands import ACTION_BY_WORD, FIRST_WORDS, LATER_WORDS, SIGNALS
 from viapoint.language.grammar import Fault, Unexpected
-from viapoint.language.lexical import MAX_LINE, NUMBER
+from viapoint.language.lexical import MAX_LINE, NAME, NUMBER
 from viapoint.language.suggestions import did_you_mean
 
 LATER: Final = "is not part of this version of the language"
@@ -137,6 +137,8 @@ def _name_fault(word: str, start: int, end: int, complete: bool) -> Fault:
 
 def name_for_number(word: str, start: int, end: int, hint: str | None = None) -> Fault:
     """The fault of a name where a value has to stand."""
+    if word.upper() in LATER_WORDS or word.startswith("$"):
+        return later(word, start, end)
     message = f"`{word}` is a name; naming values {LATER}"
     return Fault("E118", message, start, end, hint or "write the number itself")
 
@@ -188,30 +190,23 @@ def _bare_fault(word: str, text: str) -> Fault:
 
 def _jump_fault(word: str, text: str, at: int) -> Fault:
     example = f"for instance `{ACTION_BY_WORD[word].example}`"
-    if not text.strip():
+    label, start, end = _at_word(text, 0)
+    if not label:
         return nothing_there(text, "a label", example)
+    if not label[0].isalpha():
+        hint = "a label begins with a letter" if label.isdigit() else example
+        return Fault("E113", f"a label is expected, not `{label}`", start, end, hint)
+    name = re.match(NAME, label)
+    if label.endswith(":") or text[end:].strip() == ":":
+        colon = text.index(":", start)
+        hint = f"write `{word} {label.rstrip(':')}`"
+        return Fault("E112", "unexpected `:`", colon, colon + 1, hint)
+    if name is None or name.end() < len(label):
+        hint = "a label is a letter, then letters, digits and _"
+        return Fault("E112", f"`{label}` is not a label", start, end, hint)
     found, start, end = _at_word(text, at)
-    name = re.match(r"\s*[A-Za-z][A-Za-z0-9_]*", text)
-    if name is None:
-        first, start, end = _at_word(text, 0)
-        if re.fullmatch(r"[0-9]+", first):
-            return Fault(
-                "E113", f"a label is expected, not `{first}`", start, end, "a label begins with a letter"
-            )
-        return Fault("E113", f"a label is expected, not `{first}`", start, end, example)
     if not found:
         return unbalanced(text) or nothing_there(text, "a repeat count", example)
-    if found == ":":
-        return Fault("E112", "unexpected `:`", start, end, f"write `{word} {name.group().strip()}`")
-    if start < name.end() or start == name.end():
-        label = text[: name.end()].strip() + found
-        return Fault(
-            "E112",
-            f"`{label}` is not a label",
-            name.end() - len(name.group().strip()),
-            end,
-            "a label is a letter, then letters, digits and _",
-        )
     return _count_fault(text, at, "a repeat count", found, start, end)
 
 
@@ -247,7 +242,7 @@ def _output_fault(word: str, text: str, at: int) -> Fault:
         hint = f"write `{word} DO {found}`" if found.isdigit() else example
         return Fault("E113", f"`DO` is expected, not `{found}`", start, end, hint)
     if re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", found):
-        hint = did_you_mean(found, ("DO",)) or f"name the output by its number: `{word} DO 1`"
+        hint = did_you_mean(kind, ("DO",)) or f"name the output by its number: `{word} DO 1`"
         return Fault("E118", f"`{found}` is a name; naming signals {LATER}", start, end, hint)
     return Fault("E112", f"unexpected `{found}`", start, end, example)
 

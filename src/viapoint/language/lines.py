@@ -360,8 +360,6 @@ def _first_fault(text: str, found: re.Match[str] | None) -> Fault:
     if re.match(rf"{NAME}\([^()]*\)[ \t]*:", text):
         return later(f"{word}(…):", 0, len(word), "a label without parameters is `NAME:`")
     rest = text[len(word) :].strip()
-    if word.upper() in {"T", "M"}:
-        return Fault("E113", f"`{word}` needs a number", 0, len(text), f"for instance `{word.upper()} 1`")
     if is_code(word) or rest.startswith("="):
         hint = (
             f"a statement begins with a command, such as `ML {word}`"

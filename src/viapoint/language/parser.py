@@ -45,7 +45,7 @@ def parse(source: Source, *, use_shapes: bool = True) -> ParseResult:
     line = 1
     for start, text in _blocks(source.text):
         lines = text.split("\n")
-        if not use_shapes or HOLE in text or len(text) > BLOCK + MAX_LINE:
+        if not use_shapes or HOLE in text or max(map(len, lines)) > MAX_LINE:
             _read_slowly(reader, line, start, lines)
         else:
             _read_block(reader, line, start, text, lines)
@@ -126,7 +126,7 @@ def _read_other(
         found = template(shape)
         if found is not None:
             made = build(found, numbers[at : at + found.holes], line, first, first + len(body))
-    if made is None or len(text) > MAX_LINE:
+    if made is None:
         reader.read(line, start, text)
     else:
         reader.statements.append(made)
