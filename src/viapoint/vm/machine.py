@@ -75,9 +75,15 @@ class _Step(NamedTuple):
 
 
 class Machine:
-    """Runs `program`; `run` returns each time it must wait, and is called again to resume."""
+    """Runs `program`; `run` returns each time it must wait, and is called again to resume.
 
-    def __init__(self, program: Program, motion: MotionPort, world: WorldPort) -> None:
+    `max_cycles` ends an endless program after so many passes of its main loop: at the jump back without a
+    count, in the main program, that completes the last of them.
+    """
+
+    def __init__(
+        self, program: Program, motion: MotionPort, world: WorldPort, *, max_cycles: int | None = None
+    ) -> None:
         self._program = program
         self._motion = motion
         self._world = world
@@ -92,6 +98,9 @@ class Machine:
         self._tool = 0
         self._work = 0
         self._work_limit = WORK_LIMIT + len(program.code)
+        self._cycles_left = max_cycles
+        self.cut_short = False
+        """Whether `max_cycles` ended the program."""
 
     @property
     def line(self) -> int:
@@ -215,8 +224,15 @@ class Machine:
     def _label(self, step: _Step) -> None:
         self._frames[-1].counters.pop(step.operands[0], None)
 
-    def _jump(self, step: _Step) -> None:
-        self._address = step.operands[0]
+    def _jump(self, step: _Step) -> Call | None:
+        target = step.operands[0]
+        if self._cycles_left is not None and target <= step.address and len(self._frames) == 1:
+            self._cycles_left -= 1
+            if self._cycles_left <= 0:
+                self.cut_short = True
+                return End(line=step.line)
+        self._address = target
+        return None
 
     def _jump_if_false(self, step: _Step) -> None:
         if not self._stack.pop():

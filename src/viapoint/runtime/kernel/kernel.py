@@ -60,6 +60,7 @@ class State(Enum):
     MOVING = "moving"
     DWELLING = "dwelling"
     WAITING = "waiting"
+    POLLING = "polling"
     FINISHED = "finished"
     FAILED = "failed"
 
@@ -107,6 +108,7 @@ class Kernel:
         self._raised = False  # the synchronous M it waits for has been raised
         self._waiting_since = 0
         self._dwell_until: int | None = None
+        self._answered: dict[int, tuple[int, int]] = {}  # barriers by line: tick and statements when last reached
         self._line = 0  # line of the last entry executed
         self.statements = 0
         """Statements executed so far, by the robot."""
@@ -182,7 +184,7 @@ class Kernel:
         last = self.tick + ticks
         if self._dwell_until is not None:
             last = min(last, self._dwell_until)
-        change = self.world.next_change(self.tick)
+        change = first if self.state is State.POLLING else self.world.next_change(self.tick)
         if change is not None:
             last = min(last, max(change, first))
         window = self._standing(first, last - first + 1)
@@ -271,6 +273,9 @@ class Kernel:
             elif self._dwell_until is not None:
                 self.state = State.DWELLING
                 return
+            elif entry is not None and isinstance(entry.call, Barrier):
+                self._poll(entry.call)
+                return
             elif entry is not None and self._set_out(entry.call):
                 self.state = State.MOVING
                 return
@@ -281,6 +286,8 @@ class Kernel:
                 return
 
     def _reached(self, entry: Entry[None]) -> bool:
+        if isinstance(entry.call, Barrier):
+            return self._answered.get(entry.call.line, (-1, 0))[0] != self.tick
         if not isinstance(entry.call, Motion):
             return True
         place = self.planner.route.place(entry.number)
@@ -294,6 +301,14 @@ class Kernel:
         self.tool = call.tool
         self._block_tick = self.tick
         return True
+
+    def _poll(self, barrier: Barrier) -> None:
+        """The program came back to a barrier in the tick in which it was answered: it polls, once a tick."""
+        self.state = State.POLLING
+        _, statements = self._answered[barrier.line]
+        if statements == self.statements and not self._patient and not self.world.pending():
+            what = f"{barrier.reason} is asked again and again, and nothing in the scenario ever changes the answer"
+            self._fail(ExecutionError("E410", what, barrier.line))
 
     def _wait(self) -> None:
         """Nothing can go on by itself."""
@@ -387,6 +402,7 @@ class Kernel:
             case Barrier():
                 self._arrived = True
                 self._waiting_since = self.tick
+                self._answered[call.line] = (self.tick, self.statements)
             case End():
                 self.state = State.FINISHED
             case Track() | Tangent():
