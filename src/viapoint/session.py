@@ -15,7 +15,8 @@ from typing import Protocol
 
 from viapoint.compiler import CellNames, CompileResult, compile_source
 from viapoint.language.diagnostics import Diagnostic, has_errors
-from viapoint.language.source import Source, read_source
+from viapoint.language.reading import read_source
+from viapoint.language.source import Source
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel import Corner, Kernel, MotionError, State
 from viapoint.runtime.records import Event, Window
@@ -79,11 +80,11 @@ def cell_names(cell: Cell) -> CellNames:
 
 def check_file(path: str | Path, cell: Cell | None = None) -> tuple[CompileResult | None, tuple[Diagnostic, ...]]:
     """Compile a program file without raising; no result where the file cannot be read."""
-    source, unreadable = read_source(str(path))
-    if source is None:
-        return None, tuple(unreadable)
-    result = compile_source(source, cell_names(cell) if cell is not None else None)
-    return result, (*unreadable, *result.diagnostics)
+    read = read_source(path)
+    if read.source is None:
+        return None, tuple(read.diagnostics)
+    result = compile_source(read.source, cell_names(cell) if cell is not None else None)
+    return result, (*read.diagnostics, *result.diagnostics)
 
 
 def compile_file(path: str | Path, cell: Cell | None = None) -> Loaded:
@@ -114,7 +115,7 @@ def _load_compiled(path: Path) -> Loaded:
         program = load(data)
     except ProgramFileError as error:
         raise CompileError([Diagnostic(code=error.code, message=error.message, file=str(path))]) from None
-    return Loaded(program, (), Source(program.source_name, "\n".join(program.source_lines())))
+    return Loaded(program, (), Source(program.name, "\n".join(program.source_lines())))
 
 
 class Session:

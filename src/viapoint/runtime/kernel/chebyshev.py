@@ -54,7 +54,8 @@ _DERIVE: Final = _derivative_matrix(DEGREE)
 
 def coefficients(values: Floats) -> Floats:
     """Chebyshev coefficients (C, D+1, m) of functions given at `NODES`: (C, D+1, m)."""
-    return np.einsum("kn,cnm->ckm", _TO_COEFFICIENTS, values, optimize=False)
+    result: Floats = np.einsum("kn,cnm->ckm", _TO_COEFFICIENTS, values, optimize=False)
+    return result
 
 
 def residual(coeffs: Floats) -> Floats:

@@ -23,7 +23,8 @@ class PathClock:
     def times(self, first_tick: int, count: int) -> Floats:
         """τ (count,) at ticks first_tick, first_tick + 1, …"""
         ticks = np.arange(first_tick - self._anchor_tick, first_tick - self._anchor_tick + count)
-        return self._anchor_time + ticks * (self._tick * self.rate)
+        times: Floats = self._anchor_time + ticks * (self._tick * self.rate)
+        return times
 
     def time(self, tick: int) -> float:
         """τ at one tick."""

@@ -474,7 +474,7 @@ class Kernel:
         interpreter_line = self._interpreter.line if self._interpreter is not None else 0
         return Window(
             first_tick=first,
-            time=np.arange(first, first + count) * self.cell.tick,
+            time=np.arange(first, first + count, dtype=np.float64) * self.cell.tick,
             line=lines,
             interpreter_line=np.full(count, interpreter_line, dtype=np.int64),
             s=columns[:, -2],

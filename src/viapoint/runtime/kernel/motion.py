@@ -71,7 +71,7 @@ class Mover:
             s_start=self.s,
             s_end=end,
             tick=self._tick,
-            t_start=self._clock.time(tick),
+            t0=self._clock.time(tick),
         )
         return True
 

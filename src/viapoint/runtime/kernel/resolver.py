@@ -20,7 +20,7 @@ from viapoint.runtime.kernel.speeds import SpeedRule, speed_rule
 from viapoint.runtime.path import Corner, GeometryError, Move, MoveKind, Pose, programmed
 from viapoint.runtime.records import Floats
 from viapoint.runtime.robots import Robot
-from viapoint.runtime.rotations import abc_to_matrix, matrix_to_abc, matrix_to_quaternion
+from viapoint.runtime.rotations import abc_to_matrix, invert_pose, matrix_to_abc, matrix_to_quaternion
 from viapoint.vm.ports import Motion, MotionKind, Target
 
 _KINDS: Final = {
@@ -99,7 +99,7 @@ class Resolver:
         elif target.point is None and not target.coordinates:
             q = self._with_joints(self.stand.q, target)
         else:
-            X = self._target_pose(target, motion, X_flange_tool) @ np.linalg.inv(X_flange_tool)
+            X = self._target_pose(target, motion, X_flange_tool) @ invert_pose(X_flange_tool)
             return motion_target(self.robot, X, self.stand.q, self._references(target), motion.line)
         self._check_range(q, motion)
         return q
@@ -126,7 +126,7 @@ class Resolver:
         if segment is None:
             end = self.stand
         else:
-            path = FlangePath(segment, np.linalg.inv(X_flange_tool))
+            path = FlangePath(segment, invert_pose(X_flange_tool))
             end = Stand(*end_joints(self.robot, path, self.stand.q, motion.line))
         return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end)
 
@@ -140,7 +140,7 @@ class Resolver:
             pose = self.cell.points[target.point].pose
             assert pose is not None, "a point is taught as a pose or as joints"
             return np.asarray(X_base_frame @ pose)
-        X_frame_now = np.linalg.inv(X_base_frame) @ self.stand.X_base_flange @ X_flange_tool
+        X_frame_now = invert_pose(X_base_frame) @ self.stand.X_base_flange @ X_flange_tool
         return np.asarray(X_base_frame @ _with_coordinates(X_frame_now, dict(target.coordinates)))
 
     def _taught_joints(self, target: Target, motion: Motion) -> Floats | None:

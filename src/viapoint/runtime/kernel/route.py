@@ -21,6 +21,7 @@ from viapoint.runtime.kernel.speeds import rate_bounds
 from viapoint.runtime.path import Chain, Corner, Mark, Move, MoveKind, Piece, Space
 from viapoint.runtime.records import Floats
 from viapoint.runtime.robots import Robot
+from viapoint.runtime.rotations import invert_pose
 
 _HELD_TURN: Final = 1e-9
 """rad. Free joints that must turn by more than this before the TCP can leave a singular pose do so first."""
@@ -67,7 +68,7 @@ class Route:
 
     def announce(self, tag: int, resolved: Resolved, line: int) -> None:
         """Say what motion `tag` is, before its pieces are taken."""
-        self._motions[tag] = _Planned(resolved, line, np.linalg.inv(resolved.X_flange_tool))
+        self._motions[tag] = _Planned(resolved, line, invert_pose(resolved.X_flange_tool))
 
     def take(self, pieces: Sequence[Piece], marks: Sequence[Mark]) -> None:
         """Compile finished pieces onto the end and note where their motions end.
