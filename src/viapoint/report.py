@@ -55,7 +55,7 @@ def limits_report(session: Session) -> dict[str, Any]:
     kernel, cell = session.kernel, session.cell
     joints, path = cell.robot.limits, cell.path_limits
     n = cell.robot.joint_count
-    speed, acceleration, jerk = kernel.peaks
+    speed, acceleration, jerk = kernel.telemetry.peaks
     result: dict[str, Any] = {
         "joint_speed": ratios(speed[:n], joints.speed),
         "joint_acceleration": ratios(acceleration[:n], joints.acceleration),
@@ -65,25 +65,25 @@ def limits_report(session: Session) -> dict[str, Any]:
             acceleration[n] / path.acceleration, acceleration[n + 1] / path.angular_acceleration
         ),
         "path_jerk": max(jerk[n] / path.jerk, jerk[n + 1] / path.angular_jerk),
-        "programmed_speed": kernel.programmed_speed_ratio,
+        "programmed_speed": kernel.telemetry.programmed_speed_ratio,
     }
     return {
-        key: [round(v, _RATIO_DIGITS) for v in value] if isinstance(value, list) else round(float(value), _RATIO_DIGITS)
+        key: [round(v, _RATIO_DIGITS) for v in value]
+        if isinstance(value, list)
+        else round(float(value), _RATIO_DIGITS)
         for key, value in result.items()
     }
 
 
 def _final(session: Session) -> dict[str, Any]:
     kernel, cell = session.kernel, session.cell
-    q = kernel.joints
+    q = kernel.telemetry.joints
     X = cell.robot.fk(q) @ cell.tools[kernel.tool].X_flange_tool
     position = X[:3, 3] / MM
     abc = matrix_to_abc(X[:3, :3]) / DEG
     return {
         "joints_deg": [round(float(v), 9) + 0.0 for v in joints_in_degrees(cell, q)],
-        "tcp": {
-            name: round(float(v), 9) + 0.0 for name, v in zip("xyzabc", [*position, *abc], strict=True)
-        },
+        "tcp": {name: round(float(v), 9) + 0.0 for name, v in zip("xyzabc", [*position, *abc], strict=True)},
         "auxiliary": [],
     }
 

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum, unique
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
@@ -78,7 +79,10 @@ def cell_names(cell: Cell) -> CellNames:
     )
 
 
-def check_file(path: str | Path, cell: Cell | None = None) -> tuple[CompileResult | None, tuple[Diagnostic, ...]]:
+Checked = tuple[CompileResult | None, tuple[Diagnostic, ...]]
+
+
+def check_file(path: str | Path, cell: Cell | None = None) -> Checked:
     """Compile a program file without raising; no result where the file cannot be read."""
     read = read_source(path)
     if read.source is None:
@@ -110,7 +114,8 @@ def _load_compiled(path: Path) -> Loaded:
         data = path.read_bytes()
     except OSError as error:
         reason = error.strerror or type(error).__name__
-        raise CompileError([Diagnostic(code="E101", message=f"cannot read: {reason}", file=str(path))]) from None
+        unreadable = Diagnostic(code="E101", message=f"cannot read the file: {reason}", file=str(path))
+        raise CompileError([unreadable]) from None
     try:
         program = load(data)
     except ProgramFileError as error:
@@ -148,15 +153,13 @@ class Session:
         self._window = window
         self._last_tick = None if max_time is None else round(max_time / cell.tick)
         self._world = SignalWorld(cell, scenario, cell.tick, dry_run=dry_run)
-        self.kernel = Kernel(
-            cell, self._world, self._hear, override=override, stepping=step, patient=patient
-        )
+        self.kernel = Kernel(cell, self._world, self._hear, override=override, stepping=step, patient=patient)
         self._machine = Machine(program.program, self.kernel, self.kernel, max_cycles=cycles)
         self._wall = 0.0
 
     def run(self) -> Iterator[Window]:
         """Run to the end, window by window. The first window is tick 0."""
-        window = self._timed(lambda: self.kernel.begin(self._machine))
+        window = self._timed(partial(self.kernel.begin, self._machine))
         yield self._tell(window)
         while not self.kernel.over:
             left = self._window
@@ -165,7 +168,7 @@ class Session:
                 if left <= 0:
                     self.status = Status.STOPPED
                     return
-            window = self._timed(lambda: self.kernel.advance(left))
+            window = self._timed(partial(self.kernel.advance, left))
             yield self._tell(window)
         self.status = self._final_status()
 

@@ -192,7 +192,9 @@ class AxisPath:
     def _jump(self, stretch: Stretch, w: float) -> PlanningError:
         where = "at its start" if w <= 0.0 else f"after {w * 1e3:.1f} mm"
         if stretch.curve.space is Space.JOINT:
-            return PlanningError("E305", f"the joint move does not start where the path ends, {where}", stretch.line)
+            return PlanningError(
+                "E305", f"the joint move does not start where the path ends, {where}", stretch.line
+            )
         return PlanningError(
             "E304",
             f"the joints cannot follow the path continuously {where}: it passes a singular pose",

@@ -22,7 +22,7 @@ class PathClock:
 
     def times(self, first_tick: int, count: int) -> Floats:
         """τ (count,) at ticks first_tick, first_tick + 1, …"""
-        ticks = np.arange(first_tick - self._anchor_tick, first_tick - self._anchor_tick + count)
+        ticks = np.arange(count, dtype=np.float64) + (first_tick - self._anchor_tick)
         times: Floats = self._anchor_time + ticks * (self._tick * self.rate)
         return times
 

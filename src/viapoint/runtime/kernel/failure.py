@@ -1,4 +1,4 @@
-"""Typed failures of the kernel: a catalogue code, a sentence, the source line. Never a traceback for users."""
+"""Typed failures of the kernel: a catalogue code, a sentence, the source line."""
 
 from __future__ import annotations
 

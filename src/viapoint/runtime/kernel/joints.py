@@ -30,10 +30,11 @@ _TIE: Final = 1e-9
 _NUDGE: Final = 1e-5
 """m (or rad) from a singular pose at which the direction of its free joints is read."""
 
+
 def motion_target(
     robot: Robot, X_base_flange: Floats, q_start: Floats, references: Floats, line: int
 ) -> Floats:
-    """Joints (n,) of an MJ to a pose: nearest to the references (NaN: none) in their joints, then to the start."""
+    """Joints (n,) of an MJ to a pose: nearest to the references (NaN: none), then to the start."""
     solutions = robot.solutions(X_base_flange, reference=q_start)
     if not solutions:
         raise _no_solution(robot, X_base_flange, line)
@@ -48,7 +49,7 @@ def motion_target(
 
 
 def end_joints(robot: Robot, path: FlangePath, q_start: Floats, line: int) -> tuple[Floats, Floats]:
-    """Joints (n,) and flange pose (4, 4) at the end of a path move that starts in q_start, followed continuously."""
+    """Joints (n,) and flange pose (4, 4) in which a path move from q_start ends, followed continuously."""
     configuration, q_leaving = leaving_singular(robot, path, q_start)
     count = _FIRST_SAMPLES
     while True:

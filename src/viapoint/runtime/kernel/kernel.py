@@ -20,10 +20,9 @@ from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
 from viapoint.runtime.kernel.clock import PathClock
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
 from viapoint.runtime.kernel.motion import Mover
-from viapoint.runtime.kernel.peaks import PeakMeter
 from viapoint.runtime.kernel.planner import Planner
+from viapoint.runtime.kernel.telemetry import Status, Telemetry
 from viapoint.runtime.records import Event, EventValue, Floats, Ints, Window
-from viapoint.runtime.rotations import matrix_to_quaternion
 from viapoint.runtime.signals import SignalWorld
 from viapoint.vm.ports import (
     AtBarrier,
@@ -108,18 +107,17 @@ class Kernel:
         self._raised = False  # the synchronous M it waits for has been raised
         self._waiting_since = 0
         self._dwell_until: int | None = None
-        self._answered: dict[int, tuple[int, int]] = {}  # barriers by line: tick and statements when last reached
+        self._answered: dict[
+            int, tuple[int, int]
+        ] = {}  # barriers by line: tick and statements when last reached
         self._line = 0  # line of the last entry executed
         self.statements = 0
         """Statements executed so far, by the robot."""
         self._block_tick = 0  # tick and travelled length at which the current block began
         self._block_length = 0.0
         self._block_s = 0.0
-        self._last_s = 0.0
-        n = len(q)
-        self._columns = np.concatenate((q, np.zeros(4)))  # axis functions where the robot is
-        self._meter = PeakMeter(self._columns[: n + 2], cell.tick)
-        self._programmed = 0.0  # peak ratio to the programmed speed
+        self._last_s = 0.0  # s in the last tick computed
+        self.telemetry = Telemetry(cell, q)
 
     # --- the interpreter's ports -------------------------------------------------------------------
 
@@ -149,21 +147,6 @@ class Kernel:
     def over(self) -> bool:
         """The run has ended, well or not."""
         return self.state in (State.FINISHED, State.FAILED)
-
-    @property
-    def joints(self) -> Floats:
-        """Set points (n,) as last sent."""
-        return self._columns[: self.cell.robot.joint_count]
-
-    @property
-    def peaks(self) -> Floats:
-        """(3, n + 2): peak speed, acceleration and jerk of the joints, TCP length and TCP angle so far."""
-        return self._meter.peaks
-
-    @property
-    def programmed_speed_ratio(self) -> float:
-        """Peak of speed ÷ programmed speed so far."""
-        return self._programmed
 
     def begin(self, interpreter: Interpreter) -> Window:
         """Take the program on; returns tick 0, after all that happens in it."""
@@ -201,7 +184,11 @@ class Kernel:
         lines = np.full(len(rows.s), self.line, dtype=np.int64)
         used = self._pass_places(rows.s, first, lines)
         arrived = rows.arrived and used == len(rows.s)
-        window = self._moving(first, rows.s[:used], rows.columns[:used], lines[:used])
+        s = rows.s[:used]
+        bound = self.planner.route.speed_bound(np.concatenate(([self._last_s], s)))
+        self.telemetry.meter_speed(self._last_s, s, bound)
+        self._last_s = self.mover.s = float(s[-1])
+        window = self.telemetry.window(first, rows.columns[:used], lines[:used], self._status())
         self.tick = first + used - 1
         self.world.advance(self.tick)
         if arrived:
@@ -307,7 +294,7 @@ class Kernel:
         self.state = State.POLLING
         _, statements = self._answered[barrier.line]
         if statements == self.statements and not self._patient and not self.world.pending():
-            what = f"{barrier.reason} is asked again and again, and nothing in the scenario ever changes the answer"
+            what = f"{barrier.reason} asks again and again what nothing in the scenario ever changes"
             self._fail(ExecutionError("E410", what, barrier.line))
 
     def _wait(self) -> None:
@@ -445,44 +432,14 @@ class Kernel:
         at = self.tick if tick is None else tick
         self._listener(Event(tick=at, t=at * self.cell.tick, line=line, kind=kind, data=data))
 
+    def _standing(self, first: int, count: int) -> Window:
+        lines = np.full(count, self.line, dtype=np.int64)
+        return self.telemetry.standing(first, lines, self._status())
+
+    def _status(self) -> Status:
+        line = self._interpreter.line if self._interpreter is not None else 0
+        return Status(line, self.clock.rate, self._buffer.fill, self.tool)
+
     def _s_mm(self) -> float:
         """Travelled TCP length where the path is now."""
         return float(self.planner.route.axes.everything(np.array([self.mover.s]))[0, -2]) / MM
-
-    def _standing(self, first: int, count: int) -> Window:
-        columns = np.broadcast_to(self._columns, (count, len(self._columns)))
-        return self._window(first, columns, np.zeros(count), np.full(count, self.line, dtype=np.int64))
-
-    def _moving(self, first: int, s: Floats, columns: Floats, lines: Ints) -> Window:
-        before = np.concatenate(([self._last_s], s[:-1]))
-        bound = self.planner.route.speed_bound(np.concatenate((before[:1], s)))
-        rate = (s - before) / self.cell.tick
-        self._programmed = max(self._programmed, float((rate / np.maximum(bound[1:], bound[:-1])).max()))
-        self._last_s = self.mover.s = float(s[-1])
-        length = columns[:, -2]
-        speed = np.diff(length, prepend=self._columns[-2]) / self.cell.tick
-        return self._window(first, columns, speed, lines)
-
-    def _window(self, first: int, columns: Floats, speed: Floats, lines: Ints) -> Window:
-        count, n = len(columns), self.cell.robot.joint_count
-        if not np.isfinite(columns).all():
-            raise ExecutionError("E490", "a set point is not a finite number", self.line)
-        self._meter.feed(columns[:, : n + 2])
-        self._columns = columns[-1]
-        joints = columns[:, :n]
-        X = self.cell.robot.fk(joints) @ self.cell.tools[self.tool].X_flange_tool
-        interpreter_line = self._interpreter.line if self._interpreter is not None else 0
-        return Window(
-            first_tick=first,
-            time=np.arange(first, first + count, dtype=np.float64) * self.cell.tick,
-            line=lines,
-            interpreter_line=np.full(count, interpreter_line, dtype=np.int64),
-            s=columns[:, -2],
-            speed=speed,
-            override=np.full(count, self.clock.rate),
-            buffer_fill=np.full(count, self._buffer.fill, dtype=np.int64),
-            joints=joints,
-            actual=joints,
-            position=X[:, :3, 3],
-            quaternion=matrix_to_quaternion(X[:, :3, :3]),
-        )

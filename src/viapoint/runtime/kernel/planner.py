@@ -32,7 +32,9 @@ class Corner:
 class Planner:
     """Owns the chain of geometry and the route; `failure` is set once, and planning ends with it."""
 
-    def __init__(self, cell: Cell, buffer: MotionBuffer[None], q_start: Floats, *, stepping: bool = False) -> None:
+    def __init__(
+        self, cell: Cell, buffer: MotionBuffer[None], q_start: Floats, *, stepping: bool = False
+    ) -> None:
         self.route = Route(cell.robot, q_start)
         self.failure: MotionError | None = None
         self.corners: list[Corner] = []
@@ -130,7 +132,9 @@ class Planner:
             line = self._lines.pop(transition.tag)
             following = transition.next_tag
             next_line = None if following is None else self._lines[following]
-            self.corners.append(Corner(line, next_line, transition, self._forced_by.pop(transition.tag, None)))
+            self.corners.append(
+                Corner(line, next_line, transition, self._forced_by.pop(transition.tag, None))
+            )
         self.route.take(pieces, marks)
 
     def _fail(self, error: MotionError) -> None:

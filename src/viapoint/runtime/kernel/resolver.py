@@ -151,7 +151,10 @@ class Resolver:
         if point is None:
             known = ", ".join(f"P{n}" for n in sorted(self.cell.points)[:8]) or "none"
             raise PlanningError(
-                "E310", f"point P{target.point} is not defined in the cell", motion.line, f"defined are {known}"
+                "E310",
+                f"point P{target.point} is not defined in the cell",
+                motion.line,
+                f"defined are {known}",
             )
         if point.joints is not None and target.joints:
             raise PlanningError(

@@ -18,7 +18,7 @@ from viapoint.runtime.kernel.joints import leaving_singular, tcp_kinematics
 from viapoint.runtime.kernel.resolver import Resolved
 from viapoint.runtime.kernel.sampling import PathLimits, Stretch
 from viapoint.runtime.kernel.speeds import rate_bounds
-from viapoint.runtime.path import Chain, Corner, Mark, Move, MoveKind, Piece, Space
+from viapoint.runtime.path import Chain, Mark, Move, MoveKind, Piece, Space
 from viapoint.runtime.records import Floats
 from viapoint.runtime.robots import Robot
 from viapoint.runtime.rotations import invert_pose
@@ -104,7 +104,9 @@ class Route:
 
     def breaks(self, s_from: float, s_to: float) -> Floats:
         """Places inside (s_from, s_to) where higher derivatives or the programmed speed may jump."""
-        inside = self._bounds_at[bisect.bisect_right(self._bounds_at, s_from) : bisect.bisect_left(self._bounds_at, s_to)]
+        inside = self._bounds_at[
+            bisect.bisect_right(self._bounds_at, s_from) : bisect.bisect_left(self._bounds_at, s_to)
+        ]
         return np.asarray(inside, dtype=np.float64)
 
     def speed_bound(self, s: Floats) -> Floats:
@@ -181,7 +183,7 @@ class Route:
         self._joint_space.append(joint_space)
 
     def _enter(self, stretch: Stretch, motion: _Planned) -> int:
-        """The configuration in which a path motion starts; free joints of a singular pose are turned first."""
+        """The configuration a path motion starts in; free joints of a singular pose are turned first."""
         q = self.axes.q_end
         configuration, q_leaving = leaving_singular(self._robot, stretch, q)
         if np.abs(q_leaving - q).max() > _HELD_TURN:

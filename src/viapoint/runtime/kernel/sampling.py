@@ -190,9 +190,7 @@ def _joints_on_path(
     return found
 
 
-def _at_singular(
-    robot: Robot, stretch: Stretch, w: Floats, configuration: int, reference: Floats
-) -> Floats:
+def _at_singular(robot: Robot, stretch: Stretch, w: Floats, configuration: int, reference: Floats) -> Floats:
     """Joints (K, n) at exactly singular places: the free joint extrapolated from inside the piece."""
     inward = np.where(w < 0.5 * stretch.curve.length, 1.0, -1.0) * min(_NUDGE, 0.25 * stretch.curve.length)
     near, _ = robot.ik_branch(stretch.flange_poses(w + inward), configuration, reference)
@@ -206,7 +204,7 @@ def _out_of_reach(stretch: Stretch, w: float) -> PlanningError:
     x, y, z = position[0] * 1e3
     return PlanningError(
         "E302",
-        f"the path leaves the robot's reach {w * 1e3:.1f} mm after its start, at X={x:.1f} Y={y:.1f} Z={z:.1f}",
+        f"the path leaves the robot's reach after {w * 1e3:.1f} mm, at X={x:.1f} Y={y:.1f} Z={z:.1f}",
         stretch.line,
         "bring the path closer to the base, or check the tool and the frame",
     )
