@@ -1,5 +1,6 @@
 """Recordings: written while a run goes on, read back, exported and compared. Nothing here moves a robot."""
 
+from .blocks import join
 from .info import PRISMATIC, REVOLUTE, Axis, RunInfo
 from .reader import Recording, RecordingError, load_recording
 from .recorder import Recorder
@@ -12,5 +13,6 @@ __all__ = [
     "Recording",
     "RecordingError",
     "RunInfo",
+    "join",
     "load_recording",
 ]

@@ -5,7 +5,7 @@ A block ends every `BLOCK_TICKS` ticks, whatever the windows: a recording does n
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from dataclasses import fields as dataclass_fields
 
@@ -20,6 +20,8 @@ from .wire import WireError, bytes_field, read_fields, varint_field
 BLOCK_TICKS = 1000
 
 Columns = dict[str, Floats]
+
+ARRAYS = tuple(f.name for f in dataclass_fields(Window) if f.name != "first_tick")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,6 +85,12 @@ def _rows(values: Floats, width: int) -> Floats:
     return values.reshape(-1, width)
 
 
+def join(windows: Sequence[Window]) -> Window:
+    """One window of consecutive ones, at least one."""
+    arrays = {name: np.concatenate([getattr(window, name) for window in windows]) for name in ARRAYS}
+    return Window(first_tick=windows[0].first_tick, **arrays)
+
+
 class BlockBuilder:
     """Joins windows of any size into blocks of `BLOCK_TICKS`."""
 
@@ -127,6 +135,3 @@ class BlockBuilder:
     def _earlier(self, name: str, like: Floats) -> Floats:
         rows: Floats = like[:0] if self._before is None else getattr(self._before, name)[-2:]
         return rows
-
-
-ARRAYS = tuple(f.name for f in dataclass_fields(Window) if f.name != "first_tick")

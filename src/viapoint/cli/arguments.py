@@ -1,0 +1,309 @@
+"""What can be written on the command line: one table of commands and options, on argparse.
+
+Parsing only. Each command names the function that runs it, imported when it is called.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NoReturn
+
+from viapoint.cli.failures import UsageError
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One argument: `flags` and what argparse takes with them."""
+
+    flags: tuple[str, ...]
+    settings: dict[str, Any]
+
+
+def _option(*flags: str, **settings: Any) -> Option:
+    return Option(flags, settings)
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """One row of the table; `function` is "module:name" below viapoint.cli."""
+
+    name: str
+    help: str
+    function: str
+    options: tuple[Option, ...]
+    example: str
+
+
+# --- values -------------------------------------------------------------------------------------
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"`{text}` is not a number")
+    return value
+
+
+def _positive(text: str) -> float:
+    value = _number(text)
+    if value <= 0.0:
+        raise argparse.ArgumentTypeError(f"must be greater than 0, not {text}")
+    return value
+
+
+def _percent(text: str) -> float:
+    value = _number(text.removesuffix("%"))
+    if not 0.0 < value <= 100.0:
+        raise argparse.ArgumentTypeError(f"must be above 0 and at most 100 percent, not {text}")
+    return value
+
+
+def _whole(text: str) -> int:
+    if not re.fullmatch(r"[0-9]{1,9}", text) or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"must be a whole number from 1, not {text}")
+    return int(text)
+
+
+def _one_of(*words: str) -> Callable[[str], str]:
+    def choose(text: str) -> str:
+        if text not in words:
+            from viapoint.language.suggestions import did_you_mean
+
+            hint = did_you_mean(text, words) or f"choose {' or '.join(words)}"
+            raise argparse.ArgumentTypeError(f"`{text}` is unknown; {hint}")
+        return text
+
+    return choose
+
+
+# --- the table ----------------------------------------------------------------------------------
+
+PROGRAM = _option("file", metavar="FILE", type=Path, help="program, .via or .viac")
+PROGRAMS = _option("files", metavar="FILE", type=Path, nargs="+", help="programs, .via or .viac")
+CELL = _option("--cell", metavar="CELL", type=Path, help="cell file (.toml); without: frigeni6 alone")
+SCENARIO = _option("--scenario", metavar="S", type=Path, help="what happens around the robot (.toml)")
+FORMAT = _option(
+    "--format", metavar="text|json", type=_one_of("text", "json"), default="text", help="default: text"
+)
+ROBOT = _option("--robot", metavar="R", required=True, help="name of `viapoint robots`, or a robot file")
+TOOL = _option(
+    "--tool", metavar="V", type=_number, nargs=6, default=None, help="tool: X Y Z A B C in mm and deg"
+)
+
+
+def _output(what: str) -> Option:
+    return _option("-o", "--output", metavar="OUT", type=Path, required=True, help=what)
+
+
+LIMITS = (
+    _option("--max-time", metavar="S", type=_positive, help="stop after S seconds of the robot's time"),
+    _option("--cycles", metavar="N", type=_whole, help="stop when the program has run N times"),
+)
+
+COMMANDS = (
+    Command(
+        "run",
+        "run a program on the simulated robot",
+        "running:run",
+        (
+            PROGRAM,
+            CELL,
+            SCENARIO,
+            *LIMITS,
+            _option("--override", metavar="P", type=_percent, default=100.0, help="override in percent"),
+            _option("--record", metavar="OUT.mcap", type=Path, help="write a recording"),
+            _option("--dry-run", action="store_true", help="hold the cell's process outputs off"),
+            _option(
+                "--drives",
+                metavar="ideal",
+                type=_one_of("ideal"),
+                default="ideal",
+                help="model of the drives",
+            ),
+            _option("--window", metavar="N", type=_whole, default=512, help="ticks computed at once"),
+            FORMAT,
+        ),
+        "viapoint run part.via --cell cell.toml --record part.mcap",
+    ),
+    Command(
+        "check",
+        "all diagnostics, where the program reads the world; with a cell: its corners and reach",
+        "programs:check",
+        (PROGRAMS, CELL, FORMAT),
+        "viapoint check part.via --cell cell.toml",
+    ),
+    Command(
+        "compile",
+        "translate a program to bytecode",
+        "programs:compile_program",
+        (PROGRAM, CELL, _output("program file to write (.viac)")),
+        "viapoint compile part.via -o part.viac",
+    ),
+    Command("dis", "show bytecode with source lines", "programs:dis", (PROGRAM,), "viapoint dis part.viac"),
+    Command(
+        "plot",
+        "picture of a run: path, joints against limits, signals",
+        "recordings:plot",
+        (
+            _option("file", metavar="REC.mcap|FILE.via", type=Path, help="recording or program"),
+            _output("picture to write (.png, .svg or .pdf)"),
+            CELL,
+            SCENARIO,
+            *LIMITS,
+        ),
+        "viapoint plot part.mcap -o part.png",
+    ),
+    Command(
+        "export",
+        "a recording as CSV, one row per tick",
+        "recordings:export",
+        (
+            _option("file", metavar="REC.mcap", type=Path, help="recording"),
+            _output("table to write (.csv), - for the terminal"),
+        ),
+        "viapoint export part.mcap -o part.csv",
+    ),
+    Command(
+        "diff",
+        "first difference of two recordings, and both cycle times per statement",
+        "recordings:diff",
+        (
+            _option("a", metavar="A.mcap", type=Path, help="recording"),
+            _option("b", metavar="B.mcap", type=Path, help="recording"),
+            FORMAT,
+        ),
+        "viapoint diff before.mcap after.mcap",
+    ),
+    Command(
+        "fk",
+        "where the TCP is: pose of joints (deg or mm)",
+        "kinematics:fk",
+        (
+            ROBOT,
+            _option("joints", metavar="J", type=_number, nargs="+", help="joints, deg or mm"),
+            TOOL,
+            FORMAT,
+        ),
+        "viapoint fk --robot frigeni6 0 0 0 0 0 0",
+    ),
+    Command(
+        "ik",
+        "all joints that reach a pose (mm, deg)",
+        "kinematics:ik",
+        (
+            ROBOT,
+            _option("pose", metavar="V", type=_number, nargs=6, help="X Y Z A B C of the TCP"),
+            TOOL,
+            FORMAT,
+        ),
+        "viapoint ik --robot frigeni6 1755 0 2660 0 0 0",
+    ),
+    Command(
+        "robots", "the robots that come with viapoint", "kinematics:robots", (FORMAT,), "viapoint robots"
+    ),
+    Command(
+        "explain",
+        "what a diagnostic code means, with an example",
+        "programs:explain",
+        (_option("code", metavar="CODE", help="such as E201"),),
+        "viapoint explain E201",
+    ),
+)
+
+
+# --- parsing ------------------------------------------------------------------------------------
+
+
+class _Parser(argparse.ArgumentParser):
+    """Raises instead of leaving the process, and takes `-1e-3` for a number, not for an option."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self._negative_number_matcher = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(message, self.format_usage().rstrip())
+
+
+def _main_parser() -> _Parser:
+    from viapoint.cli.version import version
+
+    parser = _Parser(
+        prog="viapoint",
+        description="Robot programs: check, compile, run, look at what they did.",
+        epilog="`viapoint COMMAND --help` shows the options of a command.",
+        allow_abbrev=False,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"viapoint {version()}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
+    for command in COMMANDS:
+        sub = commands.add_parser(
+            command.name,
+            help=command.help,
+            description=f"{command.help[0].upper()}{command.help[1:]}.",
+            epilog=f"example: {command.example}",
+            allow_abbrev=False,
+        )
+        for option in command.options:
+            sub.add_argument(*option.flags, **option.settings)
+        sub.set_defaults(run=_runner(command.function), usage=sub.format_usage().rstrip())
+    return parser
+
+
+def _runner(function: str) -> Callable[[argparse.Namespace], int]:
+    def run(chosen: argparse.Namespace) -> int:
+        module, _, name = function.partition(":")
+        code: int = getattr(import_module(f"viapoint.cli.{module}"), name)(chosen)
+        return code
+
+    return run
+
+
+def parse(words: Sequence[str]) -> argparse.Namespace:
+    """The command and its options, with `run`; raises UsageError, or SystemExit after --help."""
+    from viapoint.language.suggestions import closest
+
+    parser = _main_parser()
+    names = [command.name for command in COMMANDS]
+    if not words:
+        raise UsageError("a command is missing", parser.format_help().rstrip())
+    first = words[0]
+    if not first.startswith("-") and first not in names:
+        near = closest(first, names)
+        hint = f"did you mean `{near}`?" if near else f"commands are {', '.join(names)}"
+        raise UsageError(f"unknown command `{first}`; {hint}")
+    chosen, unknown = parser.parse_known_args(list(words))
+    if unknown:
+        raise UsageError(_unknown(unknown[0], chosen), getattr(chosen, "usage", ""))
+    if chosen.command is None:
+        raise UsageError("a command is missing", parser.format_help().rstrip())
+    return chosen
+
+
+def _unknown(word: str, chosen: argparse.Namespace) -> str:
+    """What to say about an argument that the command does not take."""
+    if not word.startswith("-"):
+        return f"`{word}` is one argument too many"
+    from viapoint.language.suggestions import closest
+
+    flags = [
+        flag
+        for command in COMMANDS
+        if command.name == chosen.command
+        for option in command.options
+        for flag in option.flags
+        if flag.startswith("-")
+    ]
+    near = closest(word.partition("=")[0], [*flags, "--help"])
+    hint = f"; did you mean `{near}`?" if near else ""
+    return f"`{chosen.command}` has no option `{word}`{hint}"

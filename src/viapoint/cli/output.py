@@ -1,0 +1,41 @@
+"""Text for people and JSON for programs, on standard output. No colour here: tables are plain text."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+
+def print_json(value: Any) -> None:
+    """One object, and nothing but it. Raises ValueError for NaN or infinity: they are not JSON."""
+    print(json.dumps(value, indent=1, allow_nan=False, ensure_ascii=False))
+
+
+def aligned(head: Sequence[str], rows: Iterable[Sequence[str]], right: str) -> Iterator[str]:
+    """Lines of a table; `right` has a `>` for every column set to the right, else `<`."""
+    table = [list(head), *(list(row) for row in rows)]
+    widths = [max(len(row[i]) for row in table) for i in range(len(head))]
+    for row in table:
+        cells = (
+            cell.rjust(width) if side == ">" else cell.ljust(width)
+            for cell, width, side in zip(row, widths, right, strict=True)
+        )
+        yield "  ".join(cells).rstrip()
+
+
+def print_table(head: Sequence[str], rows: Iterable[Sequence[str]], right: str, indent: str = "") -> None:
+    for line in aligned(head, rows, right):
+        print(f"{indent}{line}".rstrip())
+
+
+def fixed(value: float, decimals: int) -> str:
+    """A number with fixed decimals and never a minus before nothing but zeros."""
+    text = f"{value:.{decimals}f}"
+    return text[1:] if text.startswith("-") and not text.strip("-0.") else text
+
+
+def note(text: str) -> None:
+    """Something beside the result: to standard error, so that standard output stays what was asked for."""
+    print(text, file=sys.stderr)

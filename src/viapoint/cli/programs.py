@@ -1,0 +1,151 @@
+"""Commands about program texts: check, compile, dis, explain. Nothing moves here."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from typing import TYPE_CHECKING, Any
+
+from viapoint.cli.failures import Refusal, UsageError
+from viapoint.cli.loading import bytecode_from, cell_from
+from viapoint.cli.output import note, print_json, print_table
+
+if TYPE_CHECKING:
+    from viapoint.checking import CheckReport
+    from viapoint.language.diagnostics import Diagnostic
+
+PROSE_WIDTH = 90
+
+
+def check(chosen: Namespace) -> int:
+    from viapoint.checking import check_program
+    from viapoint.language.diagnostics import has_errors
+    from viapoint.language.render import to_json
+
+    cell = cell_from(chosen.cell) if chosen.cell is not None else None
+    reports = [check_program(path, cell) for path in chosen.files]
+    found = [diagnostic for report in reports for diagnostic in report.diagnostics]
+    if chosen.format == "json":
+        several = len(reports) > 1
+        print_json(
+            {
+                "diagnostics": [to_json(diagnostic) for diagnostic in found],
+                "blends": [row for report in reports for row in _blends(report, several)],
+                "decisions": [row for report in reports for row in _decisions(report, several)],
+            }
+        )
+    else:
+        for report in reports:
+            _print_report(report, heading=len(reports) > 1)
+        _print_summary(found)
+    return 1 if has_errors(found) else 0
+
+
+def _blends(report: CheckReport, with_file: bool) -> list[dict[str, Any]]:
+    file = {"file": report.file} if with_file else {}
+    return [file | blend for blend in report.blends]
+
+
+def _decisions(report: CheckReport, with_file: bool) -> list[dict[str, Any]]:
+    file = {"file": report.file} if with_file else {}
+    return [file | decision for decision in report.decisions]
+
+
+def _print_report(report: CheckReport, *, heading: bool) -> None:
+    from viapoint.language.render import render
+
+    if heading:
+        print(f"{report.file}:")
+    if report.diagnostics:
+        print(render(report.diagnostics, colour=sys.stdout.isatty()), end="\n\n")
+    if report.blends:
+        head = ("line", "next", "R asked mm", "R effective mm", "passes", "why")
+        rows = [
+            [
+                str(row["line"]),
+                "end" if row["next_line"] is None else str(row["next_line"]),
+                "–" if row["asked_mm"] is None else f"{row['asked_mm']:g}",
+                f"{row['effective_mm']:g}",
+                "stops" if row["stop"] else "runs through",
+                _why(row),
+            ]
+            for row in report.blends
+        ]
+        print("corners:")
+        print_table(head, rows, ">>>><<", indent="  ")
+        print()
+    if report.decisions:
+        rows = [
+            [str(row["line"]), ", ".join(row["reads"]), "waits for the path" if row["barrier"] else "ahead"]
+            for row in report.decisions
+        ]
+        print("reads of the outside world:")
+        print_table(("line", "reads", "when"), rows, "><<", indent="  ")
+        print()
+
+
+def _why(row: dict[str, Any]) -> str:
+    forced = row["forced_by_line"]
+    reason = row["reason"] or ""
+    return f"{reason} (line {forced})".strip() if forced is not None else reason
+
+
+def _print_summary(found: list[Diagnostic]) -> None:
+    from viapoint.language.render import summary
+
+    print(summary(found))
+
+
+def compile_program(chosen: Namespace) -> int:
+    from viapoint.vm import save
+
+    cell = cell_from(chosen.cell) if chosen.cell is not None else None
+    program, diagnostics = bytecode_from(chosen.file, cell)
+    data = save(program)
+    try:
+        chosen.output.parent.mkdir(parents=True, exist_ok=True)
+        chosen.output.write_bytes(data)
+    except OSError as error:
+        raise Refusal(f"cannot write {chosen.output}: {error.strerror or error}") from error
+    _note_diagnostics(diagnostics)
+    note(f"program: {chosen.output}, {len(data)} bytes")
+    return 0
+
+
+def _note_diagnostics(diagnostics: tuple[Diagnostic, ...]) -> None:
+    if diagnostics:
+        from viapoint.language.render import render
+
+        note(render(diagnostics, colour=sys.stderr.isatty()) + "\n")
+
+
+def dis(chosen: Namespace) -> int:
+    from viapoint.vm import disassemble
+
+    program, _ = bytecode_from(chosen.file, None)
+    print(disassemble(program), end="")
+    return 0
+
+
+def explain(chosen: Namespace) -> int:
+    from viapoint.language.catalogue import CATALOGUE
+    from viapoint.language.catalogue import explain as explained
+    from viapoint.language.suggestions import closest
+
+    text = explained(chosen.code)
+    if text is None:
+        near = closest(chosen.code, CATALOGUE)
+        hint = f"did you mean `{near}`?" if near else "codes look like E201, W501"
+        raise UsageError(f"there is no code `{chosen.code}`; {hint}")
+    print(wrapped(text))
+    return 0
+
+
+def wrapped(text: str) -> str:
+    """Long lines of prose broken; indented ones are examples and stay."""
+    import textwrap
+
+    lines = []
+    for line in text.splitlines():
+        lines += [line] if line.startswith(" ") or not line else textwrap.wrap(line, PROSE_WIDTH)
+    return "\n".join(lines)

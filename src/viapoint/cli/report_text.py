@@ -1,0 +1,152 @@
+"""The report of a run for people: what each statement took and why, the events, how near the limits came."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Any
+
+from viapoint.cli.output import fixed, note, print_table
+
+if TYPE_CHECKING:
+    from viapoint.cli.running import Peaks
+    from viapoint.language.diagnostics import Diagnostic
+    from viapoint.runtime.records import Event
+    from viapoint.session import Session
+
+# Longer tables show their beginning and end; all rows are in the JSON report and in the recording.
+FIRST_ROWS, LAST_ROWS = 80, 20
+SHOWN_TEXT = 44  # characters of a statement
+
+
+def print_report(session: Session, peaks: Peaks, diagnostics: list[Diagnostic], name: str) -> None:
+    from viapoint.report import in_time_order, limits_report
+
+    events = in_time_order(session.events)
+    blocks = [event for event in events if event.kind == "block"]
+    others = [event for event in events if event.kind != "block"]
+    lines = session.program.source.text.splitlines()
+    if blocks:
+        head = ("line", "statement", "start s", "time s", "length mm", "mean mm/s", "peak mm/s", "limited by")
+        rows = [_block_row(event, lines, speeds) for event, speeds in _with_speeds(blocks, peaks, session)]
+        print_table(head, _shortened(rows), "><>>>>><")
+        print()
+    if others:
+        rows = [_event_row(event) for event in others]
+        print_table(("t s", "line", "event", ""), _shortened(rows), ">><<")
+        print()
+    _print_limits(limits_report(session))
+    print(_summary(session, name))
+    if diagnostics:
+        from viapoint.language.render import render
+
+        sys.stdout.flush()
+        note("\n" + render(diagnostics, colour=sys.stderr.isatty()))
+
+
+def _shortened(rows: list[list[str]]) -> list[list[str]]:
+    if len(rows) <= FIRST_ROWS + LAST_ROWS:
+        return rows
+    left_out = len(rows) - FIRST_ROWS - LAST_ROWS
+    gap = ["…", f"… {left_out} more", *[""] * (len(rows[0]) - 2)]
+    return [*rows[:FIRST_ROWS], gap, *rows[-LAST_ROWS:]]
+
+
+def _with_speeds(blocks: list[Event], peaks: Peaks, session: Session) -> list[tuple[Event, float]]:
+    """Each block with the fastest TCP speed of its ticks, m/s."""
+    import numpy as np
+
+    speeds = np.concatenate(peaks.speeds)
+    tick_s = session.cell.tick
+    result = []
+    for block in blocks:
+        last = round(_number(block, "t_end") / tick_s)
+        result.append((block, float(speeds[block.tick : max(last, block.tick) + 1].max(initial=0.0))))
+    return result
+
+
+def _number(event: Event, key: str) -> float:
+    value = event.data.get(key)
+    return float(value) if isinstance(value, (int, float)) else 0.0
+
+
+def _statement(lines: list[str], line: int, otherwise: str) -> str:
+    text = lines[line - 1].partition("//")[0].strip() if 0 < line <= len(lines) else otherwise
+    return text if len(text) <= SHOWN_TEXT else text[: SHOWN_TEXT - 1] + "…"
+
+
+def _block_row(block: Event, lines: list[str], peak: float) -> list[str]:
+    from viapoint.language.units import MM
+
+    seconds = _number(block, "t_end") - block.t
+    length = _number(block, "length_mm")
+    mean = length / seconds if seconds > 0.0 else 0.0
+    command = str(block.data.get("command", ""))
+    return [
+        str(block.line),
+        _statement(lines, block.line, command),
+        fixed(block.t, 3),
+        fixed(seconds, 3),
+        fixed(length, 2),
+        fixed(mean, 1),
+        fixed(peak / MM, 1),
+        str(block.data.get("limited_by") or ""),
+    ]
+
+
+def _event_row(event: Event) -> list[str]:
+    return [fixed(event.t, 3), str(event.line) if event.line > 0 else "", event.kind, _event_text(event)]
+
+
+def _event_text(event: Event) -> str:
+    data = event.data
+    place = f" at {fixed(_number(event, 's_mm'), 2)} mm" if "s_mm" in data else ""
+    match event.kind:
+        case "output":
+            return f"{data['signal']} {_on_off(data['value'])}{place}"
+        case "input_read":
+            ahead = " (ahead)" if data.get("ahead") else ""
+            return f"{data['signal']} is {_on_off(data['value'])}{place}{ahead}"
+        case "wait":
+            return f"{data['reason']}: {fixed(_number(event, 't_end') - event.t, 3)} s"
+        case "m" | "track":
+            return f"{data['index']} {data['action']}"
+        case "error":
+            return f"{data['code']}: {data['message']}"
+        case _:
+            return "  ".join(f"{key} {_plain(value)}" for key, value in data.items())
+
+
+def _on_off(value: object) -> str:
+    return "on" if value else "off"
+
+
+def _plain(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _print_limits(limits: dict[str, Any]) -> None:
+    """Peak ÷ limit: the worst joint of each row, and the path."""
+    parts = []
+    for key, label in (
+        ("joint_speed", "joint speed"),
+        ("joint_acceleration", "joint acceleration"),
+        ("joint_jerk", "joint jerk"),
+    ):
+        values = limits[key]
+        worst = max(range(len(values)), key=values.__getitem__)
+        parts.append(f"{label} {values[worst]:.3f} (J{worst + 1})")
+    parts += [
+        f"{key.replace('_', ' ')} {limits[key]:.3f}"
+        for key in ("path_speed", "path_acceleration", "path_jerk", "programmed_speed")
+    ]
+    print("peak ÷ limit:  " + "   ".join(parts[:3]))
+    print("               " + "   ".join(parts[3:]))
+
+
+def _summary(session: Session, name: str) -> str:
+    kernel = session.kernel
+    return (
+        f"{name}: {session.status.value} after {kernel.tick * session.cell.tick:.3f} s, "
+        f"{kernel.tick} ticks, {kernel.statements} statements, "
+        f"{session.realtime_factor:.0f} × real time"
+    )

@@ -1,0 +1,262 @@
+"""The command run: a session with a live line, a recording, and the report at the end."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from viapoint.cli.failures import Refusal
+from viapoint.cli.loading import cell_from, program_from, scenario_from
+from viapoint.cli.output import note, print_json
+
+if TYPE_CHECKING:
+    from viapoint.language.diagnostics import Diagnostic
+    from viapoint.runtime.cell import Cell
+    from viapoint.runtime.recording import Recorder, RunInfo
+    from viapoint.runtime.records import Event, Window
+    from viapoint.session import Listener, Loaded, Session
+
+# Options that change what a run does; a recording names these and no others, so that the same run
+# writes the same bytes wherever it is written to.
+TELLING = ("cell", "scenario", "override", "max_time", "cycles", "dry_run", "drives")
+DEFAULTS = {"override": 100.0, "drives": "ideal"}
+
+
+def run(chosen: Namespace) -> int:
+    if chosen.format == "json":
+        return _run_json(chosen)
+    from viapoint.cli.live import live_line
+    from viapoint.cli.report_text import print_report
+
+    job = _Job(chosen)
+    with live_line(chosen.file.name, job.loaded.source) as live:
+        job.run(live)
+    print_report(job.session, job.peaks, job.diagnostics(), chosen.file.name)
+    if chosen.record is not None:
+        note(f"recording: {chosen.record}")
+    return job.exit_code
+
+
+def _run_json(chosen: Namespace) -> int:
+    from viapoint.language.render import to_json
+    from viapoint.report import run_report
+
+    try:
+        job = _Job(chosen)
+    except Refusal as refusal:
+        if not refusal.diagnostics:
+            raise
+        print_json(_refused([to_json(diagnostic) for diagnostic in refusal.diagnostics]))
+        return 1
+    job.run()
+    print_json(run_report(job.session, [to_json(diagnostic) for diagnostic in job.diagnostics()]))
+    return job.exit_code
+
+
+def _refused(diagnostics: list[dict[str, Any]]) -> dict[str, Any]:
+    """The report of a run that never began."""
+    return {
+        "status": "error",
+        "duration_s": 0.0,
+        "ticks": 0,
+        "statements": 0,
+        "realtime_factor": 0.0,
+        "final": None,
+        "limits": None,
+        "diagnostics": diagnostics,
+        "events": [],
+    }
+
+
+class Peaks:
+    """Listener: the fastest TCP speed of every stretch of ticks, for the blocks of the report."""
+
+    def __init__(self) -> None:
+        self.speeds: list[Any] = []
+
+    def window(self, window: Window) -> None:
+        self.speeds.append(window.speed)
+
+    def event(self, event: Event) -> None:
+        """Nothing: the session keeps the events."""
+
+
+class _Job:
+    """One run with everything it needs; loading happens at construction and may refuse."""
+
+    def __init__(self, chosen: Namespace) -> None:
+        from viapoint.session import Session
+
+        self._chosen = chosen
+        self.cell: Cell = cell_from(chosen.cell)
+        scenario = scenario_from(chosen.scenario, self.cell)
+        self.loaded: Loaded = program_from(chosen.file, self.cell)
+        self.peaks = Peaks()
+        self.recorder: Recorder | None = None
+        if getattr(chosen, "record", None) is not None:
+            self.recorder = _recorder(chosen, self.cell, self.loaded)
+        listeners: list[Listener] = [self.peaks]
+        if self.recorder is not None:
+            listeners.append(self.recorder)
+        self.interrupted = False
+        self.session: Session = Session(
+            self.cell,
+            self.loaded,
+            scenario=scenario,
+            override=getattr(chosen, "override", 100.0) / 100.0,
+            window=getattr(chosen, "window", 1024),
+            max_time=chosen.max_time,
+            cycles=chosen.cycles,
+            dry_run=getattr(chosen, "dry_run", False),
+            listeners=listeners,
+        )
+
+    def run(self, live: Any = None) -> None:
+        """To the end, or to Ctrl-C; the recording is closed in any case."""
+        try:
+            with _stops():
+                for window in self.session.run():
+                    if live is not None:
+                        live(window, self.session)
+        except KeyboardInterrupt:
+            self.interrupted = True
+        finally:
+            if self.recorder is not None:
+                self.recorder.close(self._result())
+
+    def _result(self) -> dict[str, str]:
+        kernel = self.session.kernel
+        return {
+            "status": self.status,
+            "ticks": str(kernel.tick),
+            "duration_s": repr(round(kernel.tick * self.cell.tick, 9)),
+        }
+
+    @property
+    def status(self) -> str:
+        return "stopped" if self.interrupted else self.session.status.value
+
+    def diagnostics(self) -> list[Diagnostic]:
+        """Those of compilation, then what ended the run."""
+        from viapoint.checking import motion_diagnostic
+
+        found = list(self.loaded.diagnostics)
+        if self.session.failure is not None:
+            source = self.loaded.source if self.loaded.source.text else None
+            found.append(motion_diagnostic(self.session.failure, source, str(self._chosen.file)))
+        return found
+
+    @property
+    def exit_code(self) -> int:
+        """0 where the program finished or a limit of the user's ended it."""
+        return 1 if self.interrupted or self.status == "error" else 0
+
+
+@contextmanager
+def _stops() -> Iterator[None]:
+    """SIGTERM ends a run as Ctrl-C does: cleanly, with the recording closed."""
+
+    def stop(number: int, frame: object) -> None:
+        raise KeyboardInterrupt
+
+    try:
+        before = signal.signal(signal.SIGTERM, stop)
+    except ValueError:  # not in the main thread: whoever runs it there stops it
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def run_quietly(chosen: Namespace) -> tuple[RunInfo, Window, list[Event], bool]:
+    """Run a program for its ticks and events alone; what failed is told on standard error."""
+    from viapoint.language.render import render
+    from viapoint.report import in_time_order
+    from viapoint.runtime.recording import join
+
+    job = _Job(chosen)
+    windows: list[Window] = []
+    job.run(lambda window, session: windows.append(window))
+    errors = [diagnostic for diagnostic in job.diagnostics() if diagnostic.is_error]
+    if errors:
+        note(render(errors, colour=sys.stderr.isatty()) + "\n")
+    info = _run_info(chosen, job.cell, job.loaded)
+    return info, join(windows), in_time_order(job.session.events), not errors
+
+
+# --- recording ----------------------------------------------------------------------------------
+
+
+def _recorder(chosen: Namespace, cell: Cell, loaded: Loaded) -> Recorder:
+    from viapoint.runtime.recording import Recorder
+
+    radius = cell.robot.body_radius
+    try:
+        return Recorder(
+            chosen.record,
+            _run_info(chosen, cell, loaded),
+            skeleton=cell.robot.link_points,
+            radii=() if radius is None else tuple(radius.tolist()),
+        )
+    except OSError as error:
+        raise Refusal(f"cannot write {chosen.record}: {error.strerror or error}") from error
+
+
+def _run_info(chosen: Namespace, cell: Cell, loaded: Loaded) -> RunInfo:
+    from viapoint.cli.version import versions
+    from viapoint.runtime.recording import PRISMATIC, REVOLUTE, Axis, RunInfo
+
+    limits = cell.robot.limits
+    axes = tuple(
+        Axis(
+            name=f"J{i + 1}",
+            kind=PRISMATIC if cell.robot.prismatic[i] else REVOLUTE,
+            lower=float(limits.lower[i]),
+            upper=float(limits.upper[i]),
+            speed=float(limits.speed[i]),
+            acceleration=float(limits.acceleration[i]),
+            jerk=float(limits.jerk[i]),
+        )
+        for i in range(cell.robot.joint_count)
+    )
+    scenario: Path | None = chosen.scenario
+    text = scenario.read_text(encoding="utf-8") if scenario is not None else None
+    return RunInfo(
+        program_name=chosen.file.name,
+        program_source=loaded.source.text,
+        cell_name=Path(cell.source.name).name,
+        cell_text=cell.source.text,
+        scenario_text=text,
+        robot=cell.robot.name,
+        tick_s=cell.tick,
+        axes=axes,
+        path_speed=cell.path_limits.speed,
+        seed=_seed(text),
+        command_line=_command_line(chosen),
+        versions=versions(),
+    )
+
+
+def _seed(scenario: str | None) -> int:
+    import tomllib
+
+    return int(tomllib.loads(scenario).get("seed", 0)) if scenario is not None else 0
+
+
+def _command_line(chosen: Namespace) -> str:
+    words = ["viapoint run", chosen.file.name]
+    for name in TELLING:
+        value = getattr(chosen, name, None)
+        if value is None or value is False or value == DEFAULTS.get(name):
+            continue
+        words.append(f"--{name.replace('_', '-')}")
+        if value is not True:
+            words.append(value.name if isinstance(value, Path) else f"{value:g}")
+    return " ".join(words)
