@@ -24,6 +24,9 @@ of the section is found by refinement if its flank is met."""
 _SAMPLES_PER_PIECE: Final = 6
 """Samples between two breaks at least: the speed limit of a round edge has up to three minima."""
 
+_RAMP: Final = 3.0 * 0.75 ** np.arange(30)
+"""Samples beside the ends, in sample distances: near rest speed goes as s^(2/3)."""
+
 _REFINEMENTS: Final = 4
 _REFINE_ABOVE: Final = 0.2
 """Neighbouring speed limits that differ by more (natural logarithm) get a sample between them."""
@@ -130,7 +133,8 @@ def _first_samples(marks: Floats) -> Floats:
     piece = np.repeat(np.arange(len(count)), count)
     step = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
     inner = marks[piece] + length[piece] * step / count[piece]
-    return np.unique(np.concatenate((inner, marks[-1:])))
+    near = (marks[-1] - marks[0]) / _SAMPLES * _RAMP
+    return np.unique(np.concatenate((inner, marks[0] + near, marks[-1] - near, marks[-1:])))
 
 
 def _limits_at(

@@ -20,7 +20,7 @@ from viapoint.runtime.timing.estimate import Estimate, estimate
 from viapoint.runtime.timing.law import UNLIMITED, Quality, TimeLaw, hermite
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 from viapoint.runtime.timing.rows import tightened
-from viapoint.runtime.timing.section import Plan, Request, Section, State, from_motion, from_rest
+from viapoint.runtime.timing.section import Plan, Request, Section, State, from_rest
 from viapoint.runtime.timing.solver import solve
 from viapoint.runtime.timing.ticks import Ratios, ratios
 from viapoint.runtime.timing.tighten import tighten

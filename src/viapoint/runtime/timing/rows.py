@@ -93,11 +93,11 @@ def build(
     lo, hi, above, below = _acceleration(spline, first, second, limits)
     left, right = _jerk(spline, first, second, in_jerk * JERK_PART)
     inverse_max = 1.0 / _speed(spline, first, second, limits, programmed) ** 2
-    _bound_rest(spline, first, in_jerk * JERK_PART, inverse_max)
     with np.errstate(divide="ignore"):
         knot_max = 1.0 / np.maximum(
             np.append(inverse_max[:1], inverse_max), np.append(inverse_max, inverse_max[-1:])
         )
+    _bound_rest(spline, first, in_jerk * JERK_PART, inverse_max)
     if spline.fixed:
         inverse_max[: spline.fixed] = 0.0
         knot_max[: spline.fixed] = np.inf
