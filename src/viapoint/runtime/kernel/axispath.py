@@ -184,7 +184,7 @@ class AxisPath:
         raise PlanningError(
             "E303",
             f"J{joint + 1} would leave its range {limits.lower[joint] / DEG:g}…"
-            f"{limits.upper[joint] / DEG:g} deg after {w / max(stretch.curve.length, 1e-12):.0%} of the motion",
+            f"{limits.upper[joint] / DEG:g} deg after {w / stretch.length:.0%} of this stretch of path",
             stretch.line,
             "start the motion in another configuration, or go part of the way with MJ",
         )

@@ -15,7 +15,7 @@ from typing import Final, Protocol, assert_never
 import numpy as np
 
 from viapoint.language.units import MM
-from viapoint.runtime.cell import Cell
+from viapoint.runtime.cell import Cell, Signal, SignalKind
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
 from viapoint.runtime.kernel.clock import PathClock
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
@@ -23,7 +23,7 @@ from viapoint.runtime.kernel.motion import Mover
 from viapoint.runtime.kernel.planner import Planner
 from viapoint.runtime.kernel.telemetry import Status, Telemetry
 from viapoint.runtime.records import Event, EventValue, Floats, Ints, Window
-from viapoint.runtime.signals import SignalWorld
+from viapoint.runtime.signals import Change, MFlag, SignalWorld
 from viapoint.vm.ports import (
     AtBarrier,
     AwaitInput,
@@ -47,8 +47,8 @@ from viapoint.vm.ports import (
 _FORGET_EVERY: Final = 64
 """Motions after which the route behind the robot is dropped: seldom, since it moves arrays."""
 
-_ARRIVED: Final = 1e-12
-"""m of path within which a place counts as reached: rounding of the evaluated path parameter."""
+_ARRIVED: Final = 1e-10
+"""m of path within which two places are one: rounding of summed lengths."""
 
 
 @unique
@@ -127,15 +127,15 @@ class Kernel:
 
     def read_input(self, index: int, *, line: int, ahead: bool) -> bool:
         """WorldPort: digital input, traced."""
-        return self._read(f"DI{index}", self.world.read_input(index), line, ahead)
+        return self._read(f"DI{index}", self.world.read_input, index, line, ahead)
 
     def read_output(self, index: int, *, line: int, ahead: bool) -> bool:
         """WorldPort: digital output, traced."""
-        return self._read(f"DO{index}", self.world.read_output(index), line, ahead)
+        return self._read(f"DO{index}", self.world.read_output, index, line, ahead)
 
     def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
         """WorldPort: M flag, traced."""
-        return self._read(f"M{index}", self.world.read_m(index), line, ahead)
+        return self._read(f"M{index}", self.world.read_m, index, line, ahead)
 
     def m_is_synchronous(self, index: int) -> bool:
         """WorldPort: as the cell declares it; synchronous unless it says otherwise."""
@@ -181,6 +181,8 @@ class Kernel:
     def _move(self, ticks: int) -> Window:
         first = self.tick + 1
         rows = self.mover.rows(first, ticks)
+        if not np.isfinite(rows.columns).all():
+            return self._trip(first)
         lines = np.full(len(rows.s), self.line, dtype=np.int64)
         used = self._pass_places(rows.s, first, lines)
         arrived = rows.arrived and used == len(rows.s)
@@ -194,6 +196,14 @@ class Kernel:
         if arrived:
             self.mover.law = None
             self._settle()
+        return window
+
+    def _trip(self, tick: int) -> Window:
+        """The last door before the drives: what is not a finite number does not pass; the robot is held."""
+        window = self._standing(tick, 1)
+        self.tick = tick
+        self.mover.law = None
+        self._fail(ExecutionError("E490", "a set point is not a finite number", self.line))
         return window
 
     def _pass_places(self, s: Floats, first: int, lines: Ints) -> int:
@@ -228,7 +238,11 @@ class Kernel:
                 place = self.planner.route.place(entry.number)
                 if place is None:
                     return None
-                passed = max(row, int(np.searchsorted(s, place - _ARRIVED)))
+                law = self.mover.law
+                assert law is not None, "rows belong to a law"
+                if abs(place - law.s_end) < _ARRIVED:  # an exact stop is reached when the path is at rest
+                    return len(s) - 1 if s[-1] == law.s_end else None
+                passed = max(row, int(np.searchsorted(s, place)))
                 return passed if passed < len(s) else None
             case SetOutput():
                 return row
@@ -251,6 +265,12 @@ class Kernel:
 
     def _settle(self) -> None:
         """At rest: everything that takes no time, until something must be waited for."""
+        try:
+            self._go_on()
+        except MotionError as error:
+            self._fail(error)
+
+    def _go_on(self) -> None:
         while not self.over:
             entry = None if self._dwell_until is not None else self._front()
             if entry is not None and self._reached(entry):
@@ -283,7 +303,7 @@ class Kernel:
     def _set_out(self, call: Call) -> bool:
         """From rest into the motion `call`; False if its path is not known yet."""
         assert isinstance(call, Motion), "all other entries are executed at once"
-        if not self.mover.start(self.tick):
+        if not self.mover.start(self.tick, call.line):
             return False
         self.tool = call.tool
         self._block_tick = self.tick
@@ -303,16 +323,17 @@ class Kernel:
             self._fail(self.planner.failure)
             return
         self.state = State.WAITING
-        if self._patient or self.world.pending():
-            return
         match self._suspension:
             case AwaitInput(line=line, index=index):
-                what = f"WAIT DI {index} waits for an input that nothing in the scenario ever sets"
+                awaited = Change(Signal(SignalKind.DIGITAL_INPUT, index), True)
+                what = f"WAIT DI {index} waits for an input that nothing in the scenario sets any more"
             case AwaitReset(line=line, index=index):
-                what = f"M {index} waits for a reset that nothing in the scenario ever gives"
+                awaited = Change(MFlag(index), False)
+                what = f"M {index} waits for a reset that nothing in the scenario gives any more"
             case _:
-                line, what = self.line, "the program waits for something that never happens"
-        self._fail(ExecutionError("E410", what, line))
+                raise AssertionError(f"standing still, but not waiting: {self._suspension}")
+        if not self._patient and not self.world.pending(awaited):
+            self._fail(ExecutionError("E410", what, line))
 
     # --- interpreter --------------------------------------------------------------------------------
 
@@ -321,7 +342,10 @@ class Kernel:
         if self._interpreter is None or not self._may_resume():
             return False
         self._arrived = self._raised = False
-        self._suspension = self._interpreter.run()
+        try:
+            self._suspension = self._interpreter.run()
+        except ExecutionError as error:  # a read that this cell cannot answer
+            self._suspension = Failed(error.line, error.code, error.message)
         if isinstance(self._suspension, Failed):
             failed = self._suspension
             self.planner.abort(ExecutionError(failed.code, failed.message, failed.line))
@@ -382,7 +406,7 @@ class Kernel:
                 self._raised = synchronous
                 self._waiting_since = self.tick
             case Dwell(line=line, seconds=seconds):
-                ticks = round(seconds / self.cell.tick)
+                ticks = self.world.ticks(seconds)
                 self._dwell_until = self.tick + ticks if ticks else None
                 until = (self.tick + ticks) * self.cell.tick
                 self._emit("wait", line, t_end=until, reason=f"{seconds:g} s")
@@ -424,7 +448,11 @@ class Kernel:
 
     # --- records ------------------------------------------------------------------------------------
 
-    def _read(self, signal: str, value: bool, line: int, ahead: bool) -> bool:
+    def _read(self, signal: str, read: Callable[[int], bool], index: int, line: int, ahead: bool) -> bool:
+        try:
+            value = read(index)
+        except KeyError:
+            raise ExecutionError("E411", f"the cell has no {signal}", line) from None
         self._emit("input_read", line, signal=signal, value=value, s_mm=self._s_mm(), ahead=ahead)
         return value
 

@@ -14,9 +14,18 @@ import numpy as np
 
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.clock import PathClock
+from viapoint.runtime.kernel.failure import PlanningError
 from viapoint.runtime.kernel.route import Route
 from viapoint.runtime.records import Floats
-from viapoint.runtime.timing import PROGRAMMED_SPEED, UNLIMITED, AxisLimits, TimeLaw, extend, plan
+from viapoint.runtime.timing import (
+    PROGRAMMED_SPEED,
+    UNLIMITED,
+    AxisLimits,
+    TimeLaw,
+    TimingError,
+    extend,
+    plan,
+)
 
 _HORIZON_PIECES: Final = 40
 """Pieces a law covers at least: some twenty blocks; 3–4 blocks are within 0.2 % of full knowledge, and
@@ -59,20 +68,26 @@ class Mover:
         )
         self._stopping = 0.5 * path.speed**2 / path.acceleration + path.speed * path.acceleration / path.jerk
 
-    def start(self, tick: int) -> bool:
-        """From rest at `tick`: plan a law along what is known of the route; False if nothing is."""
+    def start(self, tick: int, line: int) -> bool:
+        """From rest at `tick`: plan a law along what is known of the route; False if nothing is.
+
+        Raises PlanningError, naming `line`, where no law keeps the limits.
+        """
         end = self._horizon(self.s)
         if end <= self.s:
             return False
-        self.law = plan(
-            _Curve(self._route, self.s, end),
-            self.limits,
-            self._route.speed_bound,
-            s_start=self.s,
-            s_end=end,
-            tick=self._tick,
-            t0=self._clock.time(tick),
-        )
+        try:
+            self.law = plan(
+                _Curve(self._route, self.s, end),
+                self.limits,
+                self._route.speed_bound,
+                s_start=self.s,
+                s_end=end,
+                tick=self._tick,
+                t0=self._clock.time(tick),
+            )
+        except TimingError as error:
+            raise PlanningError("E320", f"the motion cannot be timed: {error}", line) from None
         return True
 
     def extend(self, tick: int) -> bool:
@@ -84,15 +99,18 @@ class Mover:
         end = self._horizon(self.s)
         if end <= law.s_end:
             return False
-        longer = extend(
-            law,
-            _Curve(self._route, self.s, end),
-            self.limits,
-            self._route.speed_bound,
-            s_end=end,
-            tick=self._tick,
-            commit_time=self._clock.time(tick + 1),
-        )
+        try:
+            longer = extend(
+                law,
+                _Curve(self._route, self.s, end),
+                self.limits,
+                self._route.speed_bound,
+                s_end=end,
+                tick=self._tick,
+                commit_time=self._clock.time(tick + 1),
+            )
+        except TimingError:
+            return False  # the present law ends at rest; starting from there will say what is wrong
         if longer is None:
             return False
         self.law = longer

@@ -42,6 +42,7 @@ class Planner:
         self._resolver = Resolver(cell, q_start)
         self._chain = Chain(tolerance=cell.path_tolerance)
         self._stepping = stepping
+        self._outputs = cell.io.digital_outputs
         self._lines: dict[int, int] = {}
         self._open: int | None = None  # tag of the motion whose corner is not decided yet
         self._tool = 0
@@ -101,8 +102,9 @@ class Planner:
             case RaiseM(line=line, synchronous=synchronous):
                 if synchronous:
                     self.close(line)
-            case SetOutput():
-                pass
+            case SetOutput(line=line, index=index):
+                if index > self._outputs:
+                    raise PlanningError("E314", f"the cell has no output DO{index}", line)
             case Track(line=line):
                 raise PlanningError("E390", "conveyor tracking (TRK) cannot be run yet", line)
             case Tangent(line=line, on=on):

@@ -1,7 +1,4 @@
-"""From set points as sent to what others see of them: windows of ticks and peak ratios to the limits.
-
-The last door before the drives: a set point that is not a finite number is refused here.
-"""
+"""From set points as sent to what others see of them: windows of ticks and peak ratios to the limits."""
 
 from __future__ import annotations
 
@@ -10,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from viapoint.runtime.cell import Cell
-from viapoint.runtime.kernel.failure import ExecutionError
 from viapoint.runtime.kernel.peaks import PeakMeter
 from viapoint.runtime.records import Floats, Ints, Window
 from viapoint.runtime.rotations import matrix_to_quaternion
@@ -63,8 +59,6 @@ class Telemetry:
     def window(self, first: int, columns: Floats, lines: Ints, status: Status) -> Window:
         """The window of ticks first, first + 1, … from their axis functions (N, n + 4)."""
         n, count, tick = self._n, len(columns), self._cell.tick
-        if not np.isfinite(columns).all():
-            raise ExecutionError("E490", "a set point is not a finite number", int(lines[0]))
         self._meter.feed(columns[:, : n + 2])
         length, before = columns[:, -2], self._columns[-2]
         self._columns = columns[-1]
