@@ -1,4 +1,4 @@
-"""Building blocks of the schemas of TOML files. Import it only where a file is checked: pydantic loads slowly."""
+"""Building blocks of the schemas of TOML files. Import it where a file is checked: pydantic loads slowly."""
 
 from __future__ import annotations
 

@@ -1,0 +1,29 @@
+"""Signals, M flags, and the scenario that plays the outside world in a simulation."""
+
+from viapoint.runtime.signals.bank import SignalBank
+from viapoint.runtime.signals.loading import ScenarioError, load_scenario, parse_scenario
+from viapoint.runtime.signals.scenario import (
+    Answer,
+    BeltScript,
+    Change,
+    CorrectionScript,
+    MFlag,
+    Scenario,
+    Timed,
+)
+from viapoint.runtime.signals.world import SignalWorld
+
+__all__ = [
+    "Answer",
+    "BeltScript",
+    "Change",
+    "CorrectionScript",
+    "MFlag",
+    "Scenario",
+    "ScenarioError",
+    "SignalBank",
+    "SignalWorld",
+    "Timed",
+    "load_scenario",
+    "parse_scenario",
+]

@@ -1,0 +1,161 @@
+"""Signals and M flags over the ticks of a run, with a scenario that acts and answers.
+
+It takes part in a tick before the path does: `advance(tick)` first, then the path's own writes. Writes of
+outputs become visible in the next tick. Nothing here depends on how many ticks are computed at once.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from dataclasses import dataclass
+from typing import assert_never
+
+from viapoint.runtime.cell import Cell, Signal, SignalKind
+from viapoint.runtime.signals.bank import SignalBank, Value
+from viapoint.runtime.signals.scenario import Answer, Change, MFlag, Scenario
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class _Due:
+    """Changes to be made in a tick; those of one tick in the order in which they were scheduled."""
+
+    tick: int
+    order: int
+    changes: tuple[Change, ...]
+
+
+class SignalWorld:
+    """The outside world of one robot: inputs, outputs, M flags, and who answers them."""
+
+    def __init__(self, cell: Cell, scenario: Scenario | None, tick: float, *, dry_run: bool = False) -> None:
+        """`tick` in s. In a dry run the cell's process outputs stay off."""
+        self.bank = SignalBank(cell.io)
+        self.scenario = scenario
+        self._tick = tick
+        self._held_off = cell.io.process_outputs if dry_run else frozenset()
+        self._flags: set[int] = set()
+        self._agenda: list[_Due] = []
+        self._order = 0
+        self._answers: dict[Change, list[Answer]] = {}
+        for answer in scenario.answers if scenario is not None else ():
+            self._answers.setdefault(answer.cause, []).append(answer)
+        for timed in scenario.timed if scenario is not None else ():
+            self._schedule(self.ticks(timed.time), timed.changes)
+
+    def ticks(self, seconds: float) -> int:
+        """The tick nearest to a time; halves go to the later one."""
+        return math.floor(seconds / self._tick + 0.5)
+
+    # --- time --------------------------------------------------------------------------------------
+
+    def next_change(self, tick: int) -> int | None:
+        """The next tick after `tick` in which something scheduled happens; None: nothing is."""
+        return max(self._agenda[0].tick, tick + 1) if self._agenda else None
+
+    def advance(self, tick: int) -> None:
+        """Make all changes due up to and in this tick, in order, their answers included."""
+        while self._agenda and self._agenda[0].tick <= tick:
+            due = heapq.heappop(self._agenda)
+            for change in due.changes:
+                self._apply(change, due.tick)
+
+    def _apply(self, change: Change, tick: int) -> None:
+        match change.target:
+            case Signal() as signal:
+                # An output was written one tick before it is seen; delays count from the write.
+                cause = tick - 1 if signal.kind is SignalKind.DIGITAL_OUTPUT else tick
+                if self.bank.write(signal, change.value):
+                    self._answer(change, cause, tick)
+            case MFlag(index):
+                self._flags.discard(index)
+            case _:
+                assert_never(change.target)
+
+    def _answer(self, cause: Change, at: int, now: int) -> None:
+        """Schedule the answers to something that came about in tick `at`; never in the past, nor at once."""
+        for answer in self._answers.get(cause, ()):
+            due = at + max(self.ticks(answer.delay), 1)
+            self._schedule(max(due, now), answer.changes)
+
+    def _schedule(self, tick: int, changes: tuple[Change, ...]) -> None:
+        heapq.heappush(self._agenda, _Due(tick, self._order, changes))
+        self._order += 1
+
+    def pending(self, awaited: Change | None = None) -> bool:
+        """Whether anything scheduled, or an answer to it, can still change a signal or reset a flag.
+
+        With `awaited` (an input getting a value, `Change(MFlag(n), False)`): whether exactly that can
+        still come about while the robot stands.
+        """
+        coming = self._coming()
+        return bool(coming) if awaited is None else awaited in coming
+
+    def _coming(self) -> set[Change]:
+        """All changes that may still happen without the robot doing anything."""
+        fresh = [change for due in self._agenda for change in due.changes]
+        coming: set[Change] = set()
+        while fresh:
+            change = fresh.pop()
+            if change not in coming:
+                coming.add(change)
+                fresh += (each for answer in self._answers.get(change, ()) for each in answer.changes)
+        return coming
+
+    # --- the robot's side --------------------------------------------------------------------------
+
+    def write_output(self, index: int, value: bool, tick: int) -> None:
+        """The path switches a digital output in `tick`; readers, and who answers, see it in the next."""
+        signal = self.bank.existing(Signal(SignalKind.DIGITAL_OUTPUT, index))
+        if index not in self._held_off:
+            self._schedule(tick + 1, (Change(signal, value),))
+
+    def raise_m(self, index: int, tick: int) -> None:
+        """The path raises a flag. It is the robot's own: seen by it at once, by others in the next tick."""
+        if index in self._flags:
+            return
+        self._flags.add(index)
+        self._answer(Change(MFlag(index), True), tick, tick + 1)
+
+    def read_input(self, index: int) -> bool:
+        """Digital input. Raises KeyError where the cell has it not."""
+        return bool(self.bank.read(Signal(SignalKind.DIGITAL_INPUT, index)))
+
+    def read_output(self, index: int) -> bool:
+        """Digital output as seen from outside. Raises KeyError where the cell has it not."""
+        return bool(self.bank.read(Signal(SignalKind.DIGITAL_OUTPUT, index)))
+
+    def read_m(self, index: int) -> bool:
+        """Whether the flag of an M function is raised."""
+        return index in self._flags
+
+    # --- somebody outside --------------------------------------------------------------------------
+
+    def set_input(self, which: int | str, value: Value, tick: int) -> None:
+        """Set an input (index of a digital one, `"AI1"`, or a name), seen from the tick after `tick` on.
+
+        Raises KeyError for a signal the cell has not, ValueError for an output.
+        """
+        if isinstance(which, int):
+            signal = self.bank.existing(Signal(SignalKind.DIGITAL_INPUT, which))
+        else:
+            signal = self.bank.resolve(which)
+        if signal.kind in (SignalKind.DIGITAL_OUTPUT, SignalKind.ANALOG_OUTPUT):
+            raise ValueError(f"{signal} is an output: the program sets it")
+        self._schedule(tick + 1, (Change(signal, value),))
+
+    def reset_m(self, index: int, tick: int) -> None:
+        """The application resets a flag, seen from the tick after `tick` on."""
+        self._schedule(tick + 1, (Change(MFlag(index), False),))
+
+    def force(self, name: str, value: Value, tick: int) -> None:
+        """Hold a signal at a value from now on, for diagnostics. Raises KeyError for an unknown signal."""
+        signal = self.bank.resolve(name)
+        if self.bank.force(signal, value):
+            self._answer(Change(signal, value), tick, tick + 1)
+
+    def release(self, name: str, tick: int) -> None:
+        """End forcing. Raises KeyError for an unknown signal."""
+        signal = self.bank.resolve(name)
+        if self.bank.release(signal):
+            self._answer(Change(signal, self.bank.read(signal)), tick, tick + 1)
