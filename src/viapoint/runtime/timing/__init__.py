@@ -7,7 +7,7 @@ from viapoint.runtime.timing.curve import AxisCurve
 from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.law import PROGRAMMED_SPEED, UNLIMITED, Quality, TimeLaw
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
-from viapoint.runtime.timing.planner import plan
+from viapoint.runtime.timing.planner import extend, plan
 
 __all__ = [
     "PROGRAMMED_SPEED",
@@ -18,5 +18,6 @@ __all__ = [
     "SpeedBound",
     "TimeLaw",
     "TimingError",
+    "extend",
     "plan",
 ]

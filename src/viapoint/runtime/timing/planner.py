@@ -7,7 +7,7 @@ numerics (solver, ticks).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -17,10 +17,11 @@ from viapoint.runtime.timing import exact
 from viapoint.runtime.timing.curve import AxisCurve
 from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.estimate import Estimate, estimate
+from viapoint.runtime.timing.exact import Knots
 from viapoint.runtime.timing.law import UNLIMITED, Quality, TimeLaw, hermite
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 from viapoint.runtime.timing.rows import tightened
-from viapoint.runtime.timing.section import Plan, Request, Section, State, from_rest
+from viapoint.runtime.timing.section import Plan, Request, Section, State, continued, from_rest
 from viapoint.runtime.timing.solver import solve
 from viapoint.runtime.timing.ticks import Ratios, ratios
 from viapoint.runtime.timing.tighten import tighten
@@ -45,10 +46,11 @@ _LONGEST_STRETCH: Final = 1e4
 
 @dataclass(frozen=True, slots=True)
 class _Joint:
-    """Where a new piece of law hangs on: the law, its knots that stay, the state there."""
+    """Where new law hangs on: the old law, how many of its pieces stay, time since t0 and state there."""
 
     law: TimeLaw
-    knot: int
+    pieces: int
+    t: float
     state: State
 
 
@@ -69,10 +71,53 @@ def plan(
     _require(s_start, s_end, tick)
     ask = Request(curve, limits, speed_bound, s_end, tick)
     est = estimate(curve, limits, speed_bound, s_start, s_end, tick)
-    law = _exact(ask, est, State(s_start, 0.0, 0.0), t0)
+    law = _exact(ask, est, State(s_start, 0.0, 0.0), t0, None)
     if law is None:
         law = _Search(ask, from_rest(ask, est, s_start), t0, None).run()
     return law if law.quality.stretch == 1.0 and _within(law.quality.peaks) else _stretch(ask, law)
+
+
+def extend(
+    law: TimeLaw,
+    curve: AxisCurve,
+    limits: AxisLimits,
+    speed_bound: SpeedBound,
+    *,
+    s_end: float,
+    tick: float,
+    commit_time: float,
+) -> TimeLaw | None:
+    """`law`, already being executed, replanned from commit_time on to rest at s_end; bit-identical before.
+
+    None if no law was found whose ticks are within all limits, across the join too, or if the old law
+    is at rest by then: the caller keeps the old law, which ends at rest. Raises TimingError as `plan`.
+    """
+    _require(law.s_start, s_end, tick)
+    if commit_time <= law.t0:
+        return plan(curve, limits, speed_bound, s_start=law.s_start, s_end=s_end, tick=tick, t0=law.t0)
+    joint = _joint(law, commit_time - law.t0)
+    if joint is None or joint.state.s >= s_end:
+        return None
+    ask = Request(curve, limits, speed_bound, s_end, tick)
+    est = estimate(curve, limits, speed_bound, joint.state.s, s_end, tick, joint.state.v)
+    exact_law = _exact(ask, est, joint.state, law.t0, joint)
+    if exact_law is not None:
+        return exact_law
+    section = continued(ask, est, joint.state, law.plan, joint.pieces)
+    found = _Search(ask, section, law.t0, joint).run()
+    return found if _within(found.quality.peaks) else None
+
+
+def _joint(law: TimeLaw, since: float) -> _Joint | None:
+    """Where to cut: at the first knot from `since` on if its spline can go on, else exactly there."""
+    k = int(np.searchsorted(law.t, since, side="left"))
+    if k >= len(law.t) - 1 and (law.plan is not None or since >= law.duration):
+        return None
+    if law.plan is not None:
+        state = State(float(law.s[k]), float(law.v[k]), float(law.a[k]))
+        return _Joint(law, k, float(law.t[k]), state)
+    s, v, a = (float(x[0]) for x in law.since_start(np.array([since])))
+    return _Joint(law, k, since, State(s, v, a)) if v > 0.0 else None
 
 
 def _require(s_start: float, s_end: float, tick: float) -> None:
@@ -91,28 +136,26 @@ def _within(peaks: tuple[float, float, float]) -> bool:
     )
 
 
-def _exact(ask: Request, est: Estimate, state: State, t0: float) -> TimeLaw | None:
+def _exact(ask: Request, est: Estimate, state: State, t0: float, joint: _Joint | None) -> TimeLaw | None:
     """Ruckig's profile where every axis is linear; None elsewhere, or if its ticks are over a limit."""
     if est.straight is None:
         return None
     knots = exact.profile(est.straight, ask.limits, state, ask.s_end, ask.tick)
     if knots is None:
         return None
-    law = _law(t0, knots, Quality("exact"), None)
-    s, q = _set_points(ask, law, 0.0)
-    speed = np.diff(s) / (ask.tick * est.straight.bound)
+    law = _law(t0, knots, None) if joint is None else _continued(joint, knots, None)
+    s, q = _set_points(ask, law, 0.0 if joint is None else joint.t)
+    speed = np.where(s[:-1] >= state.s, np.diff(s) / (ask.tick * est.straight.bound), 0.0)
     peaks = _with_speed(ratios(q, ask.limits, ask.tick), speed).peaks
-    law = _law(t0, knots, Quality("exact", passes=1, peaks=peaks), None)
+    law = _judged(law, Quality("exact", passes=1, peaks=peaks))
     return law if _within(peaks) else None
 
 
-def _law(
-    t0: float, knots: tuple[Floats, Floats, Floats, Floats], quality: Quality, plan: Plan | None
-) -> TimeLaw:
+def _law(t0: float, knots: Knots, plan: Plan | None) -> TimeLaw:
     t, s, v, a = knots
     width, coeffs = hermite(t, s, v, a)
     limiter = np.full(len(width), UNLIMITED, dtype=np.int16)
-    return TimeLaw(t0, t, s, v, a, width, coeffs, limiter, quality, plan)
+    return TimeLaw(t0, t, s, v, a, width, coeffs, limiter, Quality("none"), plan)
 
 
 def _set_points(ask: Request, law: TimeLaw, since: float) -> tuple[Floats, Floats]:
@@ -149,6 +192,8 @@ class _Search:
         for k in range(_PASSES):
             tolerance = _TOLERANCES[min(k, len(_TOLERANCES) - 1)]
             c, state = solve(tightened(self.section.rows, factors, c), c, state, tolerance, _ITERATIONS)
+            if not np.isfinite(c).all():
+                break
             law, s, r = self._judge(c, Plan(self.spline, c, factors, self._first_knot()), state.iterations)
             good = _within(law.quality.peaks)
             if good and (best is None or law.duration < best.duration):
@@ -160,20 +205,20 @@ class _Search:
         return best or law
 
     def _first_knot(self) -> int:
-        return 1 if self.joint is None else self.joint.knot - 1
+        return 1 if self.joint is None else self.joint.pieces - 1
 
     def _judge(self, c: Floats, plan: Plan, iterations: int) -> tuple[TimeLaw, Floats, Ratios]:
         """The law of c, the parameters at its ticks and their ratios."""
         self.passes += 1
         knots = self._knots(c)
         law = self._joined(knots, plan)
-        since = 0.0 if self.joint is None else float(self.joint.law.t[self.joint.knot])
+        since = 0.0 if self.joint is None else self.joint.t
         s, q = _set_points(self.ask, law, since)
         r = _with_speed(ratios(q, self.ask.limits, self.ask.tick), self._programmed(s))
         quality = Quality("spline", iterations, self.passes, 1.0, r.peaks)
-        return _replaced(law, quality), s, r
+        return _judged(law, quality), s, r
 
-    def _knots(self, c: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    def _knots(self, c: Floats) -> Knots:
         """Times (from the first knot), positions, speeds, accelerations; rest pieces included."""
         spline = self.spline
         x, slope = spline.at_knots(c)
@@ -198,9 +243,9 @@ class _Search:
             np.concatenate((still, a, [0.0])),
         )
 
-    def _joined(self, knots: tuple[Floats, Floats, Floats, Floats], plan: Plan) -> TimeLaw:
+    def _joined(self, knots: Knots, plan: Plan) -> TimeLaw:
         if self.joint is None:
-            return _law(self.t0, knots, Quality("spline"), plan)
+            return _law(self.t0, knots, plan)
         return _continued(self.joint, knots, plan)
 
     def _programmed(self, s: Floats) -> Floats:
@@ -212,26 +257,26 @@ class _Search:
         return ratio
 
 
-def _replaced(law: TimeLaw, quality: Quality) -> TimeLaw:
-    return TimeLaw(law.t0, law.t, law.s, law.v, law.a, law.width, law.coeffs, law.limiter, quality, law.plan)
+def _judged(law: TimeLaw, quality: Quality) -> TimeLaw:
+    return replace(law, quality=quality)
 
 
-def _continued(joint: _Joint, knots: tuple[Floats, Floats, Floats, Floats], plan: Plan | None) -> TimeLaw:
-    """The joint's law up to its knot, then the new knots (their first is that knot)."""
-    old, k = joint.law, joint.knot
+def _continued(joint: _Joint, knots: Knots, plan: Plan | None) -> TimeLaw:
+    """The joint's law up to its cut, then the new knots (the first is the cut)."""
+    old, k = joint.law, joint.pieces
     t, s, v, a = knots
     width, coeffs = hermite(t, s, v, a)
     join = np.concatenate
     return TimeLaw(
         old.t0,
-        join((old.t[:k], old.t[k] + t)),
-        join((old.s[: k + 1], s[1:])),
-        join((old.v[: k + 1], v[1:])),
-        join((old.a[: k + 1], a[1:])),
+        join((old.t[:k], joint.t + t)),
+        join((old.s[:k], s)),
+        join((old.v[:k], v)),
+        join((old.a[:k], a)),
         join((old.width[:k], width)),
         join((old.coeffs[:k], coeffs)),
         join((old.limiter[:k], np.full(len(width), UNLIMITED, dtype=np.int16))),
-        Quality("spline"),
+        Quality("none"),
         plan,
     )
 
@@ -252,20 +297,11 @@ def _stretch(ask: Request, law: TimeLaw) -> TimeLaw:
         peaks = _with_speed(ratios(q, ask.limits, ask.tick), speed_ratio).peaks
         if _within(peaks):
             quality = Quality(law.quality.method, law.quality.iterations, law.quality.passes, factor, peaks)
-            return _replaced(slower, quality)
+            return _judged(slower, quality)
     raise TimingError("the axes jump: no speed keeps them within their limits", law.s_start)
 
 
 def _slowed(law: TimeLaw, factor: float) -> TimeLaw:
-    return TimeLaw(
-        law.t0,
-        law.t * factor,
-        law.s,
-        law.v / factor,
-        law.a / factor**2,
-        law.width * factor,
-        law.coeffs,
-        law.limiter,
-        law.quality,
-        None,
+    return replace(
+        law, t=law.t * factor, v=law.v / factor, a=law.a / factor**2, width=law.width * factor, plan=None
     )

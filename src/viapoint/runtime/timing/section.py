@@ -14,6 +14,7 @@ from viapoint.runtime.records import Floats
 from viapoint.runtime.timing import knots as knotting
 from viapoint.runtime.timing import rows as limiting
 from viapoint.runtime.timing.curve import AxisCurve
+from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.estimate import INSET, Estimate, inner_breaks
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 from viapoint.runtime.timing.rows import Rows, Tightening
@@ -27,6 +28,20 @@ _JERK_COUNTS: Final = 2.0
 
 _STOP_SHARE: Final = 0.25
 """Longest first piece in motion, as part of v²/|a|: its coefficient must stay positive."""
+
+_BRAKING_SHARE: Final = 0.6
+"""Part of the estimated speed below which a plan is taken to brake for its old end."""
+
+_NEXT_WIDTH: Final = 0.6
+"""First new knot after kept ones, in widths of the last kept piece."""
+
+_RESUME_SHARE: Final = 0.9
+_RESUME_LEAST: Final = 0.3
+"""Start of a resumed solve: a little below the old plan, so that its limits are met with room."""
+
+_LOOSER_ACCELERATION: Final = 1.001
+_LOOSER_JERK: Final = 1.01
+"""Rows beside a cut are met by coefficients that are given: rounding must not make them unmeetable."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +115,50 @@ def with_state(ask: Request, est: Estimate, knots: Floats, rest_end: float, stat
     return Section(_rows(ask, spline), start, Tightening.none(len(spline.width)))
 
 
+def continued(ask: Request, est: Estimate, state: State, old: Plan | None, pieces: int) -> Section:
+    """The section from a state in motion; what the old plan found beyond it (after `pieces`) is kept."""
+    if old is None:
+        return from_motion(ask, est, state)
+    first = pieces - old.first_knot
+    last = _still_good(est, old, first)
+    if last <= first + 1:
+        return from_motion(ask, est, state)
+    kept = old.spline.knots[first : last + 1]
+    marks = _marks(ask, kept[-1], kept[-1], est, ask.s_end - state.s)
+    fresh = knotting.place(est, marks, knotting.spacing(est, ask.tick), ask.tick)
+    fresh = fresh[fresh > kept[-1] + _NEXT_WIDTH * (kept[-1] - kept[-2])]
+    section = with_state(ask, est, np.concatenate((kept, fresh)), ask.s_end - marks[-1], state)
+    return _resumed(section, old, first, last)
+
+
+def _still_good(est: Estimate, old: Plan, first: int) -> int:
+    """Last knot of the old plan before it brakes for its end: behind, its knots lie too dense."""
+    x, _ = old.spline.at_knots(old.c)
+    knots = old.spline.knots
+    slow = np.sqrt(np.maximum(x, 0.0)) < _BRAKING_SHARE * np.interp(knots, est.s, est.v)
+    good = np.flatnonzero(~slow[first:-1])
+    return first + int(good[-1]) if good.size else first
+
+
+def _resumed(section: Section, old: Plan, first: int, last: int) -> Section:
+    """The start and the tightening of kept pieces as the old plan had them, a little looser at the cut."""
+    start, now = section.start.copy(), section.tightening
+    spline, k = section.rows.spline, last - first
+    if abs(spline.width[1] - old.spline.width[first]) > INSET * spline.width[1]:
+        return section
+    middle = 0.5 * (spline.knots[1:] + spline.knots[:-1])
+    before = np.interp(middle, 0.5 * (old.spline.knots[1:] + old.spline.knots[:-1]), old.c)
+    known = middle < old.spline.knots[-1]
+    known[:2] = False
+    start[known] = np.maximum(_RESUME_SHARE * before, _RESUME_LEAST * start)[known]
+    now.acceleration[1 : k + 2] = old.tightening.acceleration[first : last + 1]
+    now.jerk[1 : k + 1] = old.tightening.jerk[first:last]
+    now.speed[1 : k + 1] = old.tightening.speed[first:last]
+    now.acceleration[:4] /= _LOOSER_ACCELERATION
+    now.jerk[:3] /= _LOOSER_JERK
+    return Section(section.rows, start, now)
+
+
 def _marks(ask: Request, s_start: float, first: float, est: Estimate, length: float) -> Floats:
     """First knot, breaks, last knot; the rest pieces outside are free of breaks that matter."""
     last = ask.s_end - knotting.rest_length(est, est.jerk_end, length)
@@ -140,9 +199,9 @@ def programmed_speed(ask: Request, spline: Spline) -> Floats:
     owner = np.clip(np.searchsorted(spline.knots, around, side="right") - 1, 0, n - 1)
     np.minimum.at(slowest, owner, bounds[3 * n :])
     if not np.all(slowest > 0.0):
-        from viapoint.runtime.timing.errors import TimingError
-
         raise TimingError(
             "the programmed speed is not a positive number", float(low[np.argmin(slowest > 0.0)])
         )
+    if spline.fixed:
+        slowest[0] = np.inf
     return slowest
