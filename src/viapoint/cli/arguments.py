@@ -73,6 +73,12 @@ def _whole(text: str) -> int:
     return int(text)
 
 
+def _path(text: str) -> Path:
+    if not text or "\0" in text:
+        raise argparse.ArgumentTypeError("is not the name of a file")
+    return Path(text)
+
+
 def _one_of(*words: str) -> Callable[[str], str]:
     def choose(text: str) -> str:
         if text not in words:
@@ -87,10 +93,10 @@ def _one_of(*words: str) -> Callable[[str], str]:
 
 # --- the table ----------------------------------------------------------------------------------
 
-PROGRAM = _option("file", metavar="FILE", type=Path, help="program, .via or .viac")
-PROGRAMS = _option("files", metavar="FILE", type=Path, nargs="+", help="programs, .via or .viac")
-CELL = _option("--cell", metavar="CELL", type=Path, help="cell file (.toml); without: frigeni6 alone")
-SCENARIO = _option("--scenario", metavar="S", type=Path, help="what happens around the robot (.toml)")
+PROGRAM = _option("file", metavar="FILE", type=_path, help="program, .via or .viac")
+PROGRAMS = _option("files", metavar="FILE", type=_path, nargs="+", help="programs, .via or .viac")
+CELL = _option("--cell", metavar="CELL", type=_path, help="cell file (.toml); without: frigeni6 alone")
+SCENARIO = _option("--scenario", metavar="S", type=_path, help="what happens around the robot (.toml)")
 FORMAT = _option(
     "--format", metavar="text|json", type=_one_of("text", "json"), default="text", help="default: text"
 )
@@ -101,7 +107,7 @@ TOOL = _option(
 
 
 def _output(what: str) -> Option:
-    return _option("-o", "--output", metavar="OUT", type=Path, required=True, help=what)
+    return _option("-o", "--output", metavar="OUT", type=_path, required=True, help=what)
 
 
 LIMITS = (
@@ -120,7 +126,7 @@ COMMANDS = (
             SCENARIO,
             *LIMITS,
             _option("--override", metavar="P", type=_percent, default=100.0, help="override in percent"),
-            _option("--record", metavar="OUT.mcap", type=Path, help="write a recording"),
+            _option("--record", metavar="OUT.mcap", type=_path, help="write a recording"),
             _option("--dry-run", action="store_true", help="hold the cell's process outputs off"),
             _option(
                 "--drives",
@@ -154,7 +160,7 @@ COMMANDS = (
         "picture of a run: path, joints against limits, signals",
         "recordings:plot",
         (
-            _option("file", metavar="REC.mcap|FILE.via", type=Path, help="recording or program"),
+            _option("file", metavar="REC.mcap|FILE.via", type=_path, help="recording or program"),
             _output("picture to write (.png, .svg or .pdf)"),
             CELL,
             SCENARIO,
@@ -167,7 +173,7 @@ COMMANDS = (
         "a recording as CSV, one row per tick",
         "recordings:export",
         (
-            _option("file", metavar="REC.mcap", type=Path, help="recording"),
+            _option("file", metavar="REC.mcap", type=_path, help="recording"),
             _output("table to write (.csv), - for the terminal"),
         ),
         "viapoint export part.mcap -o part.csv",
@@ -177,8 +183,8 @@ COMMANDS = (
         "first difference of two recordings, and both cycle times per statement",
         "recordings:diff",
         (
-            _option("a", metavar="A.mcap", type=Path, help="recording"),
-            _option("b", metavar="B.mcap", type=Path, help="recording"),
+            _option("a", metavar="A.mcap", type=_path, help="recording"),
+            _option("b", metavar="B.mcap", type=_path, help="recording"),
             FORMAT,
         ),
         "viapoint diff before.mcap after.mcap",
@@ -201,7 +207,7 @@ COMMANDS = (
         "kinematics:ik",
         (
             ROBOT,
-            _option("pose", metavar="V", type=_number, nargs=6, help="X Y Z A B C of the TCP"),
+            _option("pose", metavar="X…C", type=_number, nargs=6, help="X Y Z A B C of the TCP"),
             TOOL,
             FORMAT,
         ),
