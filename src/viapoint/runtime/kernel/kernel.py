@@ -113,6 +113,7 @@ class Kernel:
         self._line = 0  # line of the last entry executed
         self.statements = 0
         """Statements executed so far, by the robot."""
+        self._block = -1  # number of the block being run
         self._block_tick = 0  # tick and travelled length at which the current block began
         self._block_length = 0.0
         self._block_s = 0.0
@@ -283,7 +284,7 @@ class Kernel:
             elif entry is not None and isinstance(entry.call, Barrier):
                 self._poll(entry.call)
                 return
-            elif entry is not None and self._set_out(entry.call):
+            elif entry is not None and self._set_out(entry):
                 self.state = State.MOVING
                 return
             elif self.planner.undecided:
@@ -300,13 +301,15 @@ class Kernel:
         place = self.planner.route.place(entry.number)
         return place is not None and place <= self.mover.s + _ARRIVED
 
-    def _set_out(self, call: Call) -> bool:
-        """From rest into the motion `call`; False if its path is not known yet."""
+    def _set_out(self, entry: Entry[None]) -> bool:
+        """From rest into the motion of `entry`; False if its path is not known yet."""
+        call = entry.call
         assert isinstance(call, Motion), "all other entries are executed at once"
         if not self.mover.start(self.tick, call.line):
             return False
         self.tool = call.tool
-        self._block_tick = self.tick
+        if entry.number != self._block:  # not going on within it, after a turn in place
+            self._block, self._block_tick = entry.number, self.tick
         return True
 
     def _poll(self, barrier: Barrier) -> None:
