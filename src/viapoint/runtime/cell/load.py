@@ -12,7 +12,7 @@ from viapoint.language.units import DEG, MM
 from viapoint.runtime.cell import geometry, io
 from viapoint.runtime.cell import robot as robots
 from viapoint.runtime.cell.checking import Checker
-from viapoint.runtime.cell.model import Cell, DefaultSpeed, Filter, Frame
+from viapoint.runtime.cell.model import Cell, DefaultSpeed, Filter, Floats, Frame
 from viapoint.runtime.documents import (
     CELL_CODES,
     Document,
@@ -25,6 +25,7 @@ from viapoint.runtime.rotations import invert_pose
 
 if TYPE_CHECKING:
     from viapoint.runtime.cell.schema import CellFile
+    from viapoint.runtime.cell.schema import DefaultSpeed as DefaultSpeedSection
 
 
 class CellError(DocumentError):
@@ -85,13 +86,7 @@ def _assemble(checker: Checker, file: CellFile) -> Cell | None:
         return None
     X_world_base = geometry.frame_pose(file.robot.zero_frame)
     X_base_zero = invert_pose(X_world_base)  # F 4-28
-    frames = {0: Frame(index=0, name=None, X_base_frame=X_base_zero, live=False)}
-    frames |= checker.indexed("frames", file.frames, lambda _, each: geometry.build_frame(each, X_base_zero))
-    conveyors = checker.indexed(
-        "conveyors",
-        file.conveyors,
-        lambda key, each: geometry.build_conveyor(checker, key, each, X_base_zero),
-    )
+    frames = _frames(checker, file, X_base_zero)
     axes = robots.build_auxiliary(checker, file)
     controller = file.controller
     return Cell(
@@ -100,9 +95,7 @@ def _assemble(checker: Checker, file: CellFile) -> Cell | None:
         X_world_base=X_world_base,
         tick=controller.tick_s,
         lookahead=controller.lookahead,
-        default_speed=DefaultSpeed(
-            path=controller.default_speed.path_mm_s * MM, joint=controller.default_speed.joint_deg_s * DEG
-        ),
+        default_speed=_default_speed(controller.default_speed),
         profile=controller.profile,
         path_tolerance=controller.path_tolerance_mm * MM,
         filter=Filter(ticks=controller.filter.ticks, sigma=controller.filter.sigma),
@@ -116,7 +109,11 @@ def _assemble(checker: Checker, file: CellFile) -> Cell | None:
         io=io.build_io(checker, file.io),
         m_functions=io.build_m_functions(checker, file),
         variables=io.build_variables(checker, file),
-        conveyors=conveyors,
+        conveyors=checker.indexed(
+            "conveyors",
+            file.conveyors,
+            lambda key, each: geometry.build_conveyor(checker, key, each, X_base_zero),
+        ),
         zones=geometry.build_zones(checker, file, frames),
         orientation_cone=geometry.build_cone(checker, file.orientation_cone),
         auxiliary_axes=axes,
@@ -124,6 +121,17 @@ def _assemble(checker: Checker, file: CellFile) -> Cell | None:
         source=Source(checker.document.name, checker.document.text),
         points_source=_points_source(checker.document),
     )
+
+
+def _frames(checker: Checker, file: CellFile, X_base_zero: Floats) -> dict[int, Frame]:
+    zero = Frame(index=0, name=None, X_base_frame=X_base_zero, live=False)
+    return {0: zero} | checker.indexed(
+        "frames", file.frames, lambda _, each: geometry.build_frame(each, X_base_zero)
+    )
+
+
+def _default_speed(section: DefaultSpeedSection) -> DefaultSpeed:
+    return DefaultSpeed(path=section.path_mm_s * MM, joint=section.joint_deg_s * DEG)
 
 
 def _points_source(document: Document) -> Source | None:
