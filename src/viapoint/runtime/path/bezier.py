@@ -36,6 +36,20 @@ def bezier(controls: Floats, t: Floats) -> Floats:
     return bernstein(len(controls) - 1, t) @ controls
 
 
+def bezier_derivatives(controls: Floats, t: float) -> tuple[Floats, Floats, Floats]:
+    """Value, first and second derivative by t at one t, by De Casteljau's algorithm (F 5-26…28).
+
+    The last levels but one and two hold the derivatives. Degree 2 or more.
+    """
+    degree = len(controls) - 1
+    points, levels = controls, []
+    for _ in range(degree):
+        levels.append(points)
+        points = points[:-1] + t * (points[1:] - points[:-1])
+    (b0, b1), (c0, c1, c2) = levels[-1], levels[-2]
+    return points[0], degree * (b1 - b0), degree * (degree - 1) * (c2 - 2.0 * c1 + c0)
+
+
 def differences(controls: Floats) -> Floats:
     """Control points of the derivative with respect to t (F 5-34)."""
     return (len(controls) - 1) * (controls[1:] - controls[:-1])

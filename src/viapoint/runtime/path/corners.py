@@ -10,8 +10,9 @@ import numpy as np
 
 from viapoint.runtime.path.edges import round_edge
 from viapoint.runtime.path.moves import Corner, Floats, Space
+from viapoint.runtime.path.rates import norm
 from viapoint.runtime.path.segments import Jet, JointSegment, Segment
-from viapoint.runtime.path.tolerance import widest_edge
+from viapoint.runtime.path.tolerance import LEVER, first_guess, widest_edge
 
 # Tangents within this angle (rad; 0.1°) count as tangential: above what rounding of coordinates to a
 # micrometre leaves over a millimetre (0.06°), below any corner one would want rounded on purpose.
@@ -123,7 +124,7 @@ def pass_corner(left: Segment, right: Segment, corner: Corner, tolerance: float)
         return Passage(Reason.CORNER)
     if before.continues_in(after):
         return Passage(Reason.SMOOTH)
-    return _within_tolerance(left, right, tolerance)
+    return _within_tolerance(before, after, tolerance)
 
 
 def _rounded(left: Segment, right: Segment, radius: float) -> Passage:
@@ -135,12 +136,15 @@ def _rounded(left: Segment, right: Segment, radius: float) -> Passage:
     return Passage(Reason.ROUNDED, round_edge(left, right, leave, join), leave, join, distance)
 
 
-def _within_tolerance(left: Segment, right: Segment, tolerance: float) -> Passage:
+def _within_tolerance(before: _Side, after: _Side, tolerance: float) -> Passage:
+    left, right = before.segment, after.segment
     ruler = Ruler(left, right)
     reach = ruler.reach()
     if tolerance <= 0.0 or reach < SHORTEST_EDGE:
         return Passage(Reason.NO_TOLERANCE if tolerance <= 0.0 else Reason.TOO_SHORT)
-    distance = widest_edge(left, right, ruler.cut, reach, tolerance)
+    kink, bend = (_size(x) for x in (after.first - before.first, after.second - before.second))
+    guess = first_guess(kink, bend, tolerance)
+    distance = widest_edge(left, right, ruler.cut, reach, tolerance, guess)
     if distance < SHORTEST_EDGE:
         return Passage(Reason.NO_TOLERANCE)
     leave, join = ruler.cut(distance)
@@ -175,6 +179,13 @@ class _Side:
             np.abs(self.first - after.first).max() <= SAME_FIRST
             and np.abs(self.second - after.second).max() <= SAME_SECOND
         )
+
+
+def _size(jump: Floats) -> float:
+    """A jump of pose derivatives (6,) as a length, of joint derivatives (n,) as a rough one."""
+    if len(jump) != 6:
+        return norm(jump)
+    return norm(jump[:3]) + LEVER * norm(jump[3:])
 
 
 def _obstacle(before: _Side, after: _Side) -> Reason | None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from viapoint.runtime.path.bezier import bezier, differences, hermite_controls
+from viapoint.runtime.path.bezier import bezier, bezier_derivatives, differences, hermite_controls
 from viapoint.runtime.path.moves import Floats
 
 Derivatives = tuple[Floats, Floats, Floats]
@@ -96,8 +96,8 @@ class Bezier:
 
     def derivatives(self, w: float) -> Derivatives:
         """p, dp/dw, d²p/dw² at one w."""
-        at = np.array([w])
-        return self.points(at)[0], self.velocities(at)[0], self.accelerations(at)[0]
+        p, p1, p2 = bezier_derivatives(self.controls, w / self.length)
+        return p, p1 / self.length, p2 / self.length**2
 
 
 Curve = Straight | Arc | Bezier

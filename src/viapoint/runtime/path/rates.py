@@ -7,15 +7,11 @@ b = (θ − sin θ)/θ³, θ = |φ|. Rates are per unit of the path parameter; t
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from viapoint.runtime.path.moves import Floats
-from viapoint.runtime.rotations import (
-    quaternion_conjugate,
-    quaternion_multiply,
-    quaternion_to_rotation_vector,
-)
 
 # Rotations within this of 180° (rad) count as half turns: the sense is then decided by the frame's +Z and
 # not by rounding of the two orientations (12 digits of a pose read from a file leave 1e-9).
@@ -24,25 +20,54 @@ HALF_TURN_MARGIN = 1e-6
 SQUARE = 1e-6
 # Below this θ² the closed forms of a, b and their derivatives lose digits; four terms of the series do not.
 _SERIES_BELOW = 1e-2
+_CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """(..., 3) × (..., 3); several times quicker than numpy's for small batches."""
-    c = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    c[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
-    c[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
-    c[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    """Vector product of (3,) or (N, 3), the same shape both; quicker than numpy's for small batches."""
+    if a.ndim == 1:
+        (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
+        return np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))
+    c = np.empty_like(a)
+    c[:, 0] = a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1]
+    c[:, 1] = a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2]
+    c[:, 2] = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     return c
 
 
-def _dot(a: Floats, b: Floats) -> Floats:
-    product: Floats = np.einsum("...i,...i->...", a, b)
-    return product[..., None]
+def norm(v: Floats) -> float:
+    """Length of one vector."""
+    return math.sqrt(float(v @ v))
+
+
+def product(a: Floats, b: Floats) -> Floats:
+    """Hamilton product of two single quaternions (4,)."""
+    (aw, ax, ay, az), (bw, bx, by, bz) = a.tolist(), b.tolist()
+    return np.array(
+        (
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        )
+    )
+
+
+def exponential(phi: Floats) -> Floats:
+    """Rotation vector (3,) → quaternion (4,)."""
+    x, y, z = phi.tolist()
+    half = 0.5 * math.sqrt(x * x + y * y + z * z)
+    scale = 0.5 * (math.sin(half) / half if half > 0.0 else 1.0)
+    return np.array((math.cos(half), scale * x, scale * y, scale * z))
 
 
 def rotation_from(start: Floats, end: Floats) -> Floats:
     """(4,), (4,) → (3,) rotation vector φ, |φ| ≤ π, in base axes: R(end) = exp(φ)·R(start)."""
-    return quaternion_to_rotation_vector(quaternion_multiply(end, quaternion_conjugate(start)))
+    w, x, y, z = product(end, start * _CONJUGATE).tolist()
+    sine = math.sqrt(x * x + y * y + z * z)
+    scale = 2.0 * math.atan2(sine, abs(w)) / sine if sine > 0.0 else 2.0
+    scale = -scale if w < 0.0 else scale
+    return np.array((scale * x, scale * y, scale * z))
 
 
 def shortest_turn(start: Floats, end: Floats, z_axis: Floats) -> Floats:
@@ -53,7 +78,7 @@ def shortest_turn(start: Floats, end: Floats, z_axis: Floats) -> Floats:
     the base's +X, then +Y.
     """
     turn = rotation_from(start, end)
-    angle = math.sqrt(float(turn @ turn))
+    angle = norm(turn)
     if angle < math.pi - HALF_TURN_MARGIN:
         return turn
     axis = turn / angle
@@ -63,61 +88,71 @@ def shortest_turn(start: Floats, end: Floats, z_axis: Floats) -> Floats:
     return turn
 
 
-def _coefficients(x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """a, b, da/dx, db/dx as functions of x = θ²."""
-    series = x < _SERIES_BELOW
-    y = np.where(series, 1.0, x)
-    theta = np.sqrt(y)
-    s, c = np.sin(theta), np.cos(theta)
-    a = np.where(series, 0.5 - x / 24 + x**2 / 720 - x**3 / 40320, (1.0 - c) / y)
-    b = np.where(series, 1 / 6 - x / 120 + x**2 / 5040 - x**3 / 362880, (theta - s) / (y * theta))
-    da = np.where(
-        series,
-        -1 / 24 + x / 360 - x**2 / 13440 + x**3 / 907200,
-        (theta * s - 2.0 * (1.0 - c)) / (2.0 * y * y),
-    )
-    db = np.where(
-        series,
-        -1 / 120 + x / 2520 - x**2 / 120960 + x**3 / 9979200,
-        (3.0 * s - 2.0 * theta - theta * c) / (2.0 * y * y * theta),
-    )
-    return a, b, da, db
-
-
-def _bend(phi: Floats, phi1: Floats) -> Floats:
-    """The derivative of J(φ) times φ′."""
-    _, b, da, db = _coefficients(_dot(phi, phi))
-    x1 = 2.0 * _dot(phi, phi1)
-    side = cross(phi, phi1)
-    bend: Floats = x1 * (da * side + db * cross(phi, side)) + b * cross(phi1, side)
-    return bend
-
-
-def _jacobian_times(phi: Floats, v: Floats) -> Floats:
-    a, b, _, _ = _coefficients(_dot(phi, phi))
-    side = cross(phi, v)
-    product: Floats = v + a * side + b * cross(phi, side)
-    return product
-
-
-def _inverse_times(phi: Floats, v: Floats) -> Floats:
-    x = _dot(phi, phi)
-    a, b, _, _ = _coefficients(x)
-    # c = (1 − (1 − x·b)/(2a))/x, and its series, since numerator and denominator vanish together.
-    small = x < _SERIES_BELOW
-    closed = (1.0 - (1.0 - x * b) / (2.0 * a)) / np.where(small, 1.0, x)
-    c = np.where(small, 1 / 12 + x / 720 + x**2 / 30240 + x**3 / 1209600, closed)
-    side = cross(phi, v)
-    product: Floats = v - 0.5 * side + c * cross(phi, side)
-    return product
-
-
-def rates_of_vector(phi: Floats, phi1: Floats, phi2: Floats) -> tuple[Floats, Floats]:
-    """φ, φ′, φ″ (..., 3) → ω and dω/dw (..., 3) in base axes."""
-    return _jacobian_times(phi, phi1), _jacobian_times(phi, phi2) + _bend(phi, phi1)
+def rates_of_vectors(phi: Floats, phi1: Floats, phi2: Floats) -> tuple[Floats, Floats]:
+    """φ, φ′, φ″, all (3,) or all (N, 3) → ω and dω/dw in base axes."""
+    x, x1 = _dot(phi, phi), 2.0 * _dot(phi, phi1)
+    a, b, da, db = _coefficients(x) if isinstance(x, np.ndarray) else _coefficients_at(x)
+    side1, side2 = cross(phi, phi1), cross(phi, phi2)
+    out1, out2 = cross(phi, side1), cross(phi, side2)
+    rate = phi1 + a * side1 + b * out1
+    change = phi2 + a * side2 + b * out2 + x1 * (da * side1 + db * out1) + b * cross(phi1, side1)
+    return rate, change
 
 
 def vector_of_rates(phi: Floats, rate: Floats, rate_change: Floats) -> tuple[Floats, Floats]:
-    """φ, ω, dω/dw (..., 3) → φ′ and φ″ (..., 3); |φ| < 2π."""
-    phi1 = _inverse_times(phi, rate)
-    return phi1, _inverse_times(phi, rate_change - _bend(phi, phi1))
+    """φ, ω, dω/dw (3,) → φ′ and φ″ (3,); |φ| < 2π. The inverse J⁻¹ = 1 − [φ]/2 + c·[φ]²."""
+    x = float(phi @ phi)
+    a, b, da, db = _coefficients_at(x)
+    c = (1.0 - (1.0 - x * b) / (2.0 * a)) / x if x >= _SERIES_BELOW else 1 / 12 + x / 720 + x**2 / 30240
+    side = cross(phi, rate)
+    phi1 = rate - 0.5 * side + c * cross(phi, side)
+    side = cross(phi, phi1)
+    bend = 2.0 * float(phi @ phi1) * (da * side + db * cross(phi, side)) + b * cross(phi1, side)
+    rest = rate_change - bend
+    side = cross(phi, rest)
+    return phi1, rest - 0.5 * side + c * cross(phi, side)
+
+
+def _dot(a: Floats, b: Floats) -> Any:
+    return float(a @ b) if a.ndim == 1 else np.einsum("ni,ni->n", a, b)[:, None]
+
+
+def _coefficients_at(x: float) -> tuple[Any, Any, Any, Any]:
+    """a, b, da/dx, db/dx at one x = θ²."""
+    if x < _SERIES_BELOW:
+        return _series(x)
+    theta = math.sqrt(x)
+    return _closed(x, theta, math.sin(theta), math.cos(theta))
+
+
+def _coefficients(x: Floats) -> tuple[Any, Any, Any, Any]:
+    """a, b, da/dx, db/dx at many x = θ²."""
+    small = x < _SERIES_BELOW
+    y = np.where(small, 1.0, x)
+    theta = np.sqrt(y)
+    closed = _closed(y, theta, np.sin(theta), np.cos(theta))
+    if not small.any():
+        return closed
+    a, b, da, db = (np.where(small, s, c) for s, c in zip(_series(x), closed, strict=True))
+    return a, b, da, db
+
+
+# The formulas serve floats and arrays alike, hence Any.
+
+
+def _closed(x: Any, theta: Any, s: Any, c: Any) -> tuple[Any, Any, Any, Any]:
+    return (
+        (1.0 - c) / x,
+        (theta - s) / (x * theta),
+        (theta * s - 2.0 * (1.0 - c)) / (2.0 * x * x),
+        (3.0 * s - 2.0 * theta - theta * c) / (2.0 * x * x * theta),
+    )
+
+
+def _series(x: Any) -> tuple[Any, Any, Any, Any]:
+    return (
+        1 / 2 - x * (1 / 24 - x * (1 / 720 - x / 40320)),
+        1 / 6 - x * (1 / 120 - x * (1 / 5040 - x / 362880)),
+        -1 / 24 + x * (1 / 360 - x * (1 / 13440 - x / 907200)),
+        -1 / 120 + x * (1 / 2520 - x * (1 / 120960 - x / 9979200)),
+    )

@@ -65,9 +65,7 @@ class PoseSegment:
 
     def jet(self, w: float) -> Jet:
         """Pose and derivatives at one w."""
-        at = np.array([w])
-        rate, change = self.turn.rates(at)
-        return Jet(*self.curve.derivatives(w), self.turn.quaternions(at)[0], rate[0], change[0])
+        return Jet(*self.curve.derivatives(w), *self.turn.derivatives(w))
 
     @cached_property
     def arc(self) -> Travel:

@@ -11,14 +11,21 @@ from itertools import pairwise
 
 import numpy as np
 
-from viapoint.runtime.path.bezier import bezier, differences, hermite_controls
+from viapoint.runtime.path.bezier import bezier, bezier_derivatives, differences, hermite_controls
 from viapoint.runtime.path.moves import Floats
-from viapoint.runtime.path.rates import rates_of_vector, rotation_from, vector_of_rates
-from viapoint.runtime.rotations import quaternion_multiply, rotation_vector_to_quaternion
+from viapoint.runtime.path.rates import (
+    exponential,
+    norm,
+    product,
+    rates_of_vectors,
+    rotation_from,
+    vector_of_rates,
+)
+
+Derivatives = tuple[Floats, Floats, Floats]
 
 # Angles and rates below this (rad, rad per unit of w) are rounding of a fixed orientation.
 STILL = 1e-12
-_UNITS = np.eye(4)[1:]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +40,7 @@ class UniformTurn:
         speed = float(np.sqrt(self.rate @ self.rate))
         if speed == 0.0:
             return np.tile(self.start, (len(w), 1))
-        square = _left_product(self.start, self.rate / speed)
+        square = (self.rate / speed) @ _units_times(self.start)
         half = (0.5 * speed) * w
         turned: Floats = np.cos(half)[:, None] * self.start + np.sin(half)[:, None] * square
         return turned
@@ -41,6 +48,10 @@ class UniformTurn:
     def rates(self, w: Floats) -> tuple[Floats, Floats]:
         """(N,) → ω and dω/dw, (N, 3) each, base axes."""
         return np.broadcast_to(self.rate, (len(w), 3)), np.zeros((len(w), 3))
+
+    def derivatives(self, w: float) -> Derivatives:
+        """q, ω, dω/dw at one w."""
+        return product(exponential(w * self.rate), self.start), self.rate, np.zeros(3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +80,16 @@ class KeyedTurn:
             t, h = self._t(k, w[chosen]), self.knots[k + 1] - self.knots[k]
             first = differences(self.controls[k])
             phi, phi1 = bezier(self.controls[k], t), bezier(first, t) / h
-            rate[chosen], change[chosen] = rates_of_vector(phi, phi1, bezier(differences(first), t) / h**2)
+            rate[chosen], change[chosen] = rates_of_vectors(phi, phi1, bezier(differences(first), t) / h**2)
         return rate, change
+
+    def derivatives(self, w: float) -> Derivatives:
+        """q, ω, dω/dw at one w."""
+        k = min(max(int(np.searchsorted(self.knots, w, side="right")) - 1, 0), len(self.middles) - 1)
+        h = float(self.knots[k + 1] - self.knots[k])
+        phi, phi1, phi2 = bezier_derivatives(self.controls[k], (w - float(self.knots[k])) / h)
+        rate, change = rates_of_vectors(phi, phi1 / h, phi2 / h**2)
+        return product(exponential(phi), self.middles[k]), rate, change
 
     def _t(self, k: int, w: Floats) -> Floats:
         t: Floats = (w - self.knots[k]) / (self.knots[k + 1] - self.knots[k])
@@ -96,6 +115,11 @@ class Key:
     rate_change: Floats  # (3,) rad per unit of w squared
     onwards: Floats | None = None  # (3,) rotation vector to the next key; None at the last
 
+    @property
+    def rests(self) -> bool:
+        """Neither rate nor change of rate."""
+        return norm(self.rate) < STILL and norm(self.rate_change) < STILL
+
 
 def slerp(start: Floats, turn: Floats, length: float) -> UniformTurn:
     """The turn by the rotation vector `turn` at a constant rate over 0 … length."""
@@ -115,14 +139,16 @@ def turn_about(left: Key, right: Key, middle: Floats) -> Turn:
     return KeyedTurn(np.array([left.w, right.w]), middle[None], controls[None])
 
 
-def turn_through(keys: Sequence[Key]) -> KeyedTurn:
+def turn_through(keys: Sequence[Key]) -> Turn:
     """The smooth turn through all keys, from each to the next by its `onwards`."""
+    if all(key.rests and (key.onwards is None or norm(key.onwards) < STILL) for key in keys):
+        return UniformTurn(keys[0].quaternion, np.zeros(3))
     middles, controls = [], []
     for left, right in pairwise(keys):
         if left.onwards is None:
             raise ValueError("only the last key has nothing onwards")
         half = 0.5 * left.onwards
-        middles.append(quaternion_multiply(rotation_vector_to_quaternion(half), left.quaternion))
+        middles.append(product(exponential(half), left.quaternion))
         # ±half, and not the logarithm of the ends: beyond 180° that would be another branch.
         ends = [
             (phi, *vector_of_rates(phi, key.rate, key.rate_change))
@@ -132,15 +158,15 @@ def turn_through(keys: Sequence[Key]) -> KeyedTurn:
     return KeyedTurn(np.array([key.w for key in keys]), np.array(middles), np.array(controls))
 
 
-def _left_product(q: Floats, v: Floats) -> Floats:
-    """The pure quaternion (0, v) times q, (4,)."""
-    return quaternion_multiply(np.concatenate(([0.0], v)), q)
-
-
 def _exp_times(phi: Floats, q: Floats) -> Floats:
     """exp(φ)·q for φ (N, 3), q (4,): (0, φ)·q is linear in φ, so one matrix product does it."""
     half = 0.5 * np.sqrt(np.einsum("ni,ni->n", phi, phi))
     scale = 0.5 * np.sinc(half / np.pi)
-    products = quaternion_multiply(_UNITS, np.broadcast_to(q, (3, 4)))
-    turned: Floats = np.cos(half)[:, None] * q + scale[:, None] * (phi @ products)
+    turned: Floats = np.cos(half)[:, None] * q + scale[:, None] * (phi @ _units_times(q))
     return turned
+
+
+def _units_times(q: Floats) -> Floats:
+    """The products i·q, j·q, k·q: (3, 4)."""
+    w, x, y, z = q.tolist()
+    return np.array(((-x, w, -z, y), (-y, z, w, -x), (-z, -y, x, w)))
