@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 GOLDEN = Path(__file__).parent / "golden"
+"""Golden files of the tests beside this file."""
 CheckGolden = Callable[[str, str], None]
 
 

@@ -39,12 +39,16 @@ class Case:
 
 def read_cases(folder: Path) -> list[Case]:
     """The cases of all files of a folder."""
-    cases = []
-    for file in sorted(folder.glob("*.via")):
-        chunks = re.split(r"^--- ?(.*)\n", file.read_text(encoding="utf-8"), flags=re.MULTILINE)
-        for title, text in zip(chunks[1::2], chunks[2::2], strict=True):
-            cases.append(Case(f"{file.stem}: {title}", text, expectations(text)))
-    return cases
+    return [case for file in sorted(folder.glob("*.via")) for case in read_listing(file)]
+
+
+def read_listing(file: Path) -> list[Case]:
+    """The cases of one file."""
+    chunks = re.split(r"^--- ?(.*)\n", file.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return [
+        Case(f"{file.stem}: {title}", text, expectations(text))
+        for title, text in zip(chunks[1::2], chunks[2::2], strict=True)
+    ]
 
 
 def expectations(text: str) -> tuple[Expected, ...]:

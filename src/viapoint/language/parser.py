@@ -13,7 +13,7 @@ from operator import call
 from typing import Final
 
 from viapoint.language import tree
-from viapoint.language.diagnostics import Diagnostic, has_errors
+from viapoint.language.diagnostics import Diagnostic, has_errors, sort_key
 from viapoint.language.lexical import MAX_LINE
 from viapoint.language.lines import LineReader
 from viapoint.language.shapes import HOLE, SPLIT_NUMBERS, build, flow, template, templates
@@ -54,7 +54,7 @@ def parse(source: Source, *, use_shapes: bool = True) -> ParseResult:
             _give_up(reader, source)
             break
     program = tree.Program(source=source, statements=tuple(reader.statements))
-    return ParseResult(program=program, diagnostics=tuple(reader.diagnostics))
+    return ParseResult(program=program, diagnostics=tuple(sorted(reader.diagnostics, key=sort_key)))
 
 
 def _blocks(text: str) -> Iterator[tuple[int, str]]:
@@ -137,4 +137,6 @@ def _give_up(reader: LineReader, source: Source) -> None:
     last = reader.diagnostics[-1]
     end = last.span.end if last.span is not None else 0
     message = f"more than {MAX_ERRORS} errors; the rest of the file is not read"
-    reader.diagnostics.append(Diagnostic(code="E139", message=message, source=source, span=Span(end, end)))
+    reader.diagnostics.append(
+        Diagnostic(code="E139", message=message, source=source, span=Span(end - 1, end))
+    )

@@ -5,6 +5,7 @@ Refuses what cannot be a program: unreadable files, wrong encodings, NUL charact
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -39,8 +40,9 @@ def read_source(path: str | Path) -> ReadResult:
 
 def decode(name: str, data: bytes) -> ReadResult:
     """The source of a file's bytes; its diagnostics point at the first byte that is wrong."""
+    data = data.removeprefix(BOM_UTF8)
     try:
-        text = data.decode("utf-8-sig")
+        text = data.decode("utf-8")
     except UnicodeDecodeError as error:
         return _undecodable(name, data, error)
     nul = text.find("\0")
@@ -64,8 +66,8 @@ def _refuse(name: str, message: str, hint: str | None) -> ReadResult:
 
 
 def _undecodable(name: str, data: bytes, error: UnicodeDecodeError) -> ReadResult:
-    good = data[: error.start].decode("utf-8-sig")
-    source = Source(name, data.decode("utf-8-sig", errors="replace"))
+    good = data[: error.start].decode("utf-8")
+    source = Source(name, data.decode("utf-8", errors="replace"))
     message = f"byte 0x{data[error.start]:02X} belongs to no UTF-8 character"
     hint = "save the file as UTF-8"
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):

@@ -72,8 +72,9 @@ class _Page:
         head = self._paint(f"{diagnostic.severity.value}[{diagnostic.code}]", colour)
         lines = [f"{head}{self._paint(': ' + diagnostic.message, _BOLD)}"]
         width = len(str(diagnostic.extent[2])) if diagnostic.extent is not None else 1
-        if diagnostic.source is not None and diagnostic.span is not None:
-            lines += self._excerpts(diagnostic.source, diagnostic.span, diagnostic.labels, width, colour)
+        span = diagnostic.span or _whole_line(diagnostic)
+        if diagnostic.source is not None and span is not None:
+            lines += self._excerpts(diagnostic.source, span, diagnostic.labels, width, colour)
         else:
             lines += self._place(diagnostic, width)
         if diagnostic.hint is not None:
@@ -124,6 +125,15 @@ class _Page:
                 self._gutter("", width, f" {' ' * begin}{self._paint(mark * length + note, colour)}")
             )
         return lines
+
+
+def _whole_line(diagnostic: Diagnostic) -> Span | None:
+    """The text of the line a diagnostic speaks of, where it has a source and no span."""
+    if diagnostic.source is None or diagnostic.line is None:
+        return None
+    text = diagnostic.source.line_text(diagnostic.line)
+    start = diagnostic.source.line_start(diagnostic.line)
+    return Span(start + len(text) - len(text.lstrip()), start + len(text.rstrip()))
 
 
 def _printable(text: str) -> str:
