@@ -20,8 +20,10 @@ _BLOCK_WORD = re.compile(r"\s*(?:[A-Za-z]\w*:\s*)?(?:IF|ELSE|ELSEIF|ENDIF)\b", r
 _DECLARED = re.compile(rf"\s*({NAME})\s*:")
 
 _BLOCK_CODES = frozenset({"E205", "E206", "E207", "E208"})
-_JUMP_CODES = frozenset({"E203", "E204"})
-"""Codes that a refused line of a block may cause elsewhere: the blocks are not known then."""
+"""Errors that one refused line of a block may cause elsewhere."""
+
+_LABEL_CODES = frozenset({"E201", "E202", "E203", "E204"})
+"""Errors with which, as with those of blocks, the course is not known: lint of it would mislead."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,9 +58,9 @@ def compile_tree(parsed: ParseResult, cell_names: CellNames | None = None) -> Co
     lowering.finish(declared)
     found = findings.diagnostics
     if not blocks_known:
-        found = [each for each in found if each.code not in _BLOCK_CODES | _JUMP_CODES]
-    if not parsed.ok:
-        found = [each for each in found if each.is_error]  # lint of half a program misleads
+        found = [each for each in found if each.code not in _BLOCK_CODES and each.code != "E204"]
+    if not parsed.ok or any(each.code in _BLOCK_CODES | _LABEL_CODES for each in found):
+        found = [each for each in found if each.is_error]
     diagnostics = tuple(sorted((*parsed.diagnostics, *found), key=sort_key))
     program = None if has_errors(diagnostics) else lowering.program()
     return CompileResult(program=program, tree=parsed.program, diagnostics=diagnostics)

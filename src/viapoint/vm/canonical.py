@@ -132,18 +132,22 @@ class ScriptedWorld:
 class CanonicalPort:
     """A motion port that prints what it is given and performs it at once.
 
-    `refuse_every` n: each n-th submission is refused once, as a full buffer would.
+    `refuse_every` n ≥ 2: each n-th submission is refused once, as a full buffer would; from `limit`
+    lines of the log on, every one is.
     """
 
     world: ScriptedWorld
     calls: list[Call] = field(default_factory=list)
     refuse_every: int = 0
+    limit: int = CALL_LIMIT
     _submissions: int = 0
 
     def submit(self, call: Call) -> bool:
         """Take `call`, unless it is this submission's turn to be refused."""
         self._submissions += 1
         if self.refuse_every and self._submissions % self.refuse_every == 0:
+            return False
+        if len(self.world.log) >= self.limit:
             return False
         self.calls.append(call)
         self.world.log.append(describe(call))
@@ -163,7 +167,7 @@ def run_canonical(
 ) -> list[str]:
     """Run `program` to its end and return its canonical calls and reads, one line each."""
     world = world or ScriptedWorld()
-    port = CanonicalPort(world, refuse_every=refuse_every)
+    port = CanonicalPort(world, refuse_every=refuse_every, limit=call_limit)
     machine = Machine(program, port, world)
     while len(world.log) < call_limit:
         outcome = machine.run()

@@ -26,7 +26,7 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "GOTO with a count goes forward",
         """A count says how often the lines between the label and the GOTO run in all, so the label stands
         above the GOTO. A jump down takes no count.""",
-        "GOTO NEXT 3\nML P1 F100\nNEXT:\n",
+        "GOTO DOWN 3\nML P1 F100\nDOWN:\n",
     ),
     entry(
         "E204",
