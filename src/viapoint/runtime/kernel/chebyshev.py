@@ -21,6 +21,11 @@ _TRAILING: Final = 2
 """Coefficients looked at to judge convergence; two, since odd or even ones may vanish by symmetry."""
 
 
+_ROUNDING: Final = 4e-15
+"""Coefficients of second degree and higher below this are rounding of values of a few rad; as zeros, they
+let what is straight be seen as straight."""
+
+
 def _lobatto(degree: int) -> Floats:
     return -np.cos(np.pi * np.arange(degree + 1) / degree)
 
@@ -55,6 +60,8 @@ _DERIVE: Final = _derivative_matrix(DEGREE)
 def coefficients(values: Floats) -> Floats:
     """Chebyshev coefficients (C, D+1, m) of functions given at `NODES`: (C, D+1, m)."""
     result: Floats = np.einsum("kn,cnm->ckm", _TO_COEFFICIENTS, values, optimize=False)
+    curved = result[:, 2:]
+    curved[np.abs(curved) < _ROUNDING] = 0.0
     return result
 
 
