@@ -111,33 +111,37 @@ class _Survey:
 
     corners: dict[tuple[int, int | None], Corner] = field(default_factory=dict)
     failures: dict[tuple[str, int], MotionError] = field(default_factory=dict)
+    joint_lines: set[int] = field(default_factory=set)
 
     def plan(self, program: Program, cell: Cell, answer: bool) -> None:
         from viapoint.surveying import survey
 
-        corners, failure = survey(program, cell, answer)
-        for corner in corners:
+        found = survey(program, cell, answer)
+        self.joint_lines |= found.joint_lines
+        for corner in found.corners:
             self.corners.setdefault((corner.line, corner.next_line), corner)
-        if failure is not None:
-            self.failures.setdefault((failure.code, failure.line), failure)
+        if found.failure is not None:
+            self.failures.setdefault((found.failure.code, found.failure.line), found.failure)
 
     def blends(self) -> Iterator[dict[str, Any]]:
-        from viapoint.language.units import MM
+        """Rows of the blend report; between two joint moves R is in deg, whatever its key says."""
+        from viapoint.language.units import DEG, MM
 
         for line, following in sorted(self.corners, key=lambda key: (key[0], key[1] or 0)):
             corner = self.corners[line, following]
             passed = corner.transition
+            unit = DEG if {line, following} <= self.joint_lines else MM
             yield {
                 "line": line,
                 "next_line": following,
-                "asked_mm": None if passed.asked is None else _tidy(passed.asked / MM),
-                "effective_mm": _tidy(passed.effective / MM),
+                "asked_mm": None if passed.asked is None else _tidy(passed.asked / unit),
+                "effective_mm": _tidy(passed.effective / unit),
                 "stop": passed.stop,
                 "forced_by_line": corner.forced_by_line,
                 "reason": passed.reason.value,
             }
 
 
-def _tidy(millimetres: float) -> float:
-    """Without the noise of mm ÷ m."""
-    return round(millimetres, 9) + 0.0
+def _tidy(value: float) -> float:
+    """Without the rounding noise of the units."""
+    return round(value, 9) + 0.0

@@ -6,12 +6,13 @@ passed. Endless programs end when they have shown nothing new for a while.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from viapoint.runtime.kernel.buffer import MotionBuffer
 from viapoint.runtime.kernel.planner import Corner, Planner
 from viapoint.vm import Machine, Program
-from viapoint.vm.ports import AwaitInput, Call, End, Ended, Failed, Motion
+from viapoint.vm.ports import AwaitInput, Call, End, Ended, Failed, Motion, MotionKind
 
 if TYPE_CHECKING:
     from viapoint.runtime.cell import Cell
@@ -52,6 +53,7 @@ class _Sink:
         self._buffer: MotionBuffer[None] = MotionBuffer(cell.lookahead)
         self.planner = Planner(cell, self._buffer, cell.home)
         self.motions = 0
+        self.joint_lines: set[int] = set()
         self._last_line = 0
         self._seen: set[tuple[int, int]] = set()
         self._since_news = 0
@@ -70,6 +72,8 @@ class _Sink:
         while self._buffer.to_execute() is not None:
             self._buffer.executed()
         if isinstance(call, Motion):
+            if call.kind in (MotionKind.JOINT, MotionKind.HOME):
+                self.joint_lines.add(call.line)
             step = (self._last_line, call.line)
             self._since_news = self._since_news + 1 if step in self._seen else 0
             self._seen.add(step)
@@ -80,8 +84,17 @@ class _Sink:
         return True
 
 
-def survey(program: Program, cell: Cell, answer: bool) -> tuple[list[Corner], MotionError | None]:
-    """The corners of the way the program takes when every read gives `answer`, and what cannot be planned."""
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """The corners of one way through a program, the lines of its joint moves, and what cannot be planned."""
+
+    corners: tuple[Corner, ...]
+    joint_lines: frozenset[int]
+    failure: MotionError | None
+
+
+def survey(program: Program, cell: Cell, answer: bool) -> Survey:
+    """Plan the way the program takes when every read gives `answer`."""
     sink, world = _Sink(cell), _Answers(cell, answer)
     machine = Machine(program, sink, world)
     while not sink.done:
@@ -89,4 +102,5 @@ def survey(program: Program, cell: Cell, answer: bool) -> tuple[list[Corner], Mo
         if isinstance(outcome, (Ended, Failed)):
             break
         world.awaited = outcome.index if isinstance(outcome, AwaitInput) else None
-    return sink.planner.corners, sink.planner.failure
+    planner = sink.planner
+    return Survey(tuple(planner.corners), frozenset(sink.joint_lines), planner.failure)

@@ -22,14 +22,21 @@ def check(chosen: Namespace) -> int:
     from viapoint.language.diagnostics import has_errors
     from viapoint.language.render import to_json
 
-    cell = cell_from(chosen.cell) if chosen.cell is not None else None
+    try:
+        cell = cell_from(chosen.cell) if chosen.cell is not None else None
+    except Refusal as refusal:
+        if chosen.format != "json":
+            raise
+        found = [to_json(diagnostic) for diagnostic in refusal.diagnostics]
+        print_json({"diagnostics": found, "blends": [], "decisions": []})
+        return 1
     reports = [check_program(path, cell) for path in chosen.files]
-    found = [diagnostic for report in reports for diagnostic in report.diagnostics]
+    diagnostics = [diagnostic for report in reports for diagnostic in report.diagnostics]
     if chosen.format == "json":
         several = len(reports) > 1
         print_json(
             {
-                "diagnostics": [to_json(diagnostic) for diagnostic in found],
+                "diagnostics": [to_json(diagnostic) for diagnostic in diagnostics],
                 "blends": [row for report in reports for row in _blends(report, several)],
                 "decisions": [row for report in reports for row in _decisions(report, several)],
             }
@@ -37,8 +44,8 @@ def check(chosen: Namespace) -> int:
     else:
         for report in reports:
             _print_report(report, heading=len(reports) > 1)
-        _print_summary(found)
-    return 1 if has_errors(found) else 0
+        _print_summary(diagnostics)
+    return 1 if has_errors(diagnostics) else 0
 
 
 def _blends(report: CheckReport, with_file: bool) -> list[dict[str, Any]]:
@@ -86,8 +93,8 @@ def _print_report(report: CheckReport, *, heading: bool) -> None:
 
 def _why(row: dict[str, Any]) -> str:
     forced = row["forced_by_line"]
-    reason = row["reason"] or ""
-    return f"{reason} (line {forced})".strip() if forced is not None else reason
+    reason: str = row["reason"]
+    return f"line {forced} requires the stop" if forced is not None and row["stop"] else reason
 
 
 def _print_summary(found: list[Diagnostic]) -> None:

@@ -118,6 +118,8 @@ class _Job:
 
     def run(self, live: Any = None) -> None:
         """To the end, or to Ctrl-C; the recording is closed in any case."""
+        from viapoint.session import Status
+
         try:
             with _stops():
                 for window in self.session.run():
@@ -125,6 +127,7 @@ class _Job:
                         live(window, self.session)
         except KeyboardInterrupt:
             self.interrupted = True
+            self.session.status = Status.STOPPED
         finally:
             if self.recorder is not None:
                 self.recorder.close(self._result())
@@ -132,14 +135,10 @@ class _Job:
     def _result(self) -> dict[str, str]:
         kernel = self.session.kernel
         return {
-            "status": self.status,
+            "status": self.session.status.value,
             "ticks": str(kernel.tick),
             "duration_s": repr(round(kernel.tick * self.cell.tick, 9)),
         }
-
-    @property
-    def status(self) -> str:
-        return "stopped" if self.interrupted else self.session.status.value
 
     def diagnostics(self) -> list[Diagnostic]:
         """Those of compilation, then what ended the run."""
@@ -154,7 +153,7 @@ class _Job:
     @property
     def exit_code(self) -> int:
         """0 where the program finished or a limit of the user's ended it."""
-        return 1 if self.interrupted or self.status == "error" else 0
+        return 1 if self.interrupted or self.session.status.value == "error" else 0
 
 
 @contextmanager

@@ -296,6 +296,8 @@ class _Sheet:
         limit = self.info.path_speed / MM
         if 0.0 < limit <= 1.6 * float(speed.max()):
             panel.axhline(limit, color=LIMIT, linewidth=1.0, linestyle=(0, (5, 3)))
+            note = "limit of path moves"
+            panel.annotate(note, (0.0, limit), (4, 3), textcoords="offset points", fontsize=8, color=LIMIT)
         self._shade(panel)
         panel.set_xlim(0.0, self.end)
         panel.set_ylim(bottom=0.0)

@@ -68,3 +68,18 @@ def test_a_statement_that_one_run_lacks_is_listed(run, tmp_path: Path) -> None:
     assert [(s.text, s.line_a, s.line_b) for s in result.statements][-1] == ("MC P1 P2", 5, None)
     assert result.event is not None
     assert result.event.b.kind == "message"
+
+
+def test_a_changed_statement_stands_in_one_row(run, tmp_path: Path) -> None:
+    info = dataclasses.replace(run.info, program_source=run.info.program_source.replace("F100", "F300"))
+    other = dataclasses.replace(run, info=info)
+    result = compare(recorded(run, tmp_path / "a.mcap"), recorded(other, tmp_path / "b.mcap"))
+    assert [s.text for s in result.statements] == ["ML X=1 F100 → ML X=1 F300", "MC P1 P2"]
+
+
+def test_statements_are_matched_when_lines_have_moved(run, tmp_path: Path) -> None:
+    info = dataclasses.replace(run.info, program_source="// new first line\n" + run.info.program_source)
+    events = tuple(dataclasses.replace(event, line=event.line + 1) for event in run.events)
+    other = dataclasses.replace(run, info=info, events=events)
+    result = compare(recorded(run, tmp_path / "a.mcap"), recorded(other, tmp_path / "b.mcap"))
+    assert [(s.line_a, s.line_b) for s in result.statements] == [(2, 3), (5, 6)]

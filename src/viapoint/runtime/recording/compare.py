@@ -6,7 +6,7 @@ Data only; the command line prints it.
 from __future__ import annotations
 
 from collections import defaultdict, deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 
@@ -157,26 +157,55 @@ def _sagitta(recording: Recording) -> float:
 def _statements(a: Recording, b: Recording) -> Iterator[StatementTime]:
     """A's motions in order of execution, then those that only B has.
 
-    The k-th execution of a statement in A belongs to the k-th in B with the same text: lines may have moved.
+    The k-th execution of a statement in A belongs to the k-th in B with the same text, for lines may have
+    moved; what is left over belongs together where the line is the same: there the text has changed.
     """
+    blocks_a, blocks_b = a.events_of("block"), b.events_of("block")
+    partners = _pair(blocks_a, blocks_b, lambda event, run: _text(run, event), a, b)
+    paired = {id(partner) for partner in partners.values()}
+    left_a = [event for event in blocks_a if id(event) not in partners]
+    left_b = [event for event in blocks_b if id(event) not in paired]
+    partners |= _pair(left_a, left_b, lambda event, run: str(event.line), a, b)
+    paired = {id(partner) for partner in partners.values()}
+    for event in blocks_a:
+        yield _times(a, event, b, partners.get(id(event)))
+    for event in blocks_b:
+        if id(event) not in paired:
+            yield StatementTime(
+                text=_text(b, event),
+                line_a=None,
+                line_b=event.line,
+                seconds_a=None,
+                seconds_b=_seconds(event),
+            )
+
+
+def _pair(
+    left: Sequence[Event],
+    right: Sequence[Event],
+    key: Callable[[Event, Recording], str],
+    a: Recording,
+    b: Recording,
+) -> dict[int, Event]:
+    """id of an event of `left` → its partner in `right`, the k-th with a key to the k-th with the same."""
     waiting: dict[str, deque[Event]] = defaultdict(deque)
-    for event in b.events_of("block"):
-        waiting[_text(b, event)].append(event)
-    for event in a.events_of("block"):
-        text = _text(a, event)
-        partner = waiting[text].popleft() if waiting[text] else None
-        yield StatementTime(
-            text=text,
-            line_a=event.line,
-            line_b=None if partner is None else partner.line,
-            seconds_a=_seconds(event),
-            seconds_b=None if partner is None else _seconds(partner),
-        )
-    left = sorted((e for events in waiting.values() for e in events), key=lambda event: event.tick)
-    for event in left:
-        yield StatementTime(
-            text=_text(b, event), line_a=None, line_b=event.line, seconds_a=None, seconds_b=_seconds(event)
-        )
+    for event in right:
+        waiting[key(event, b)].append(event)
+    queues = ((event, waiting.get(key(event, a))) for event in left)
+    return {id(event): queue.popleft() for event, queue in queues if queue}
+
+
+def _times(a: Recording, event: Event, b: Recording, partner: Event | None) -> StatementTime:
+    text = _text(a, event)
+    if partner is not None and _text(b, partner) != text:
+        text = f"{text} → {_text(b, partner)}"
+    return StatementTime(
+        text=text,
+        line_a=event.line,
+        line_b=None if partner is None else partner.line,
+        seconds_a=_seconds(event),
+        seconds_b=None if partner is None else _seconds(partner),
+    )
 
 
 def _text(recording: Recording, event: Event) -> str:
