@@ -197,10 +197,13 @@ class ActionCommand:
         return " ".join(self.words)
 
 
-_TARGET_NEED = Need(name="target", any_of=("P", *COORDINATES), example="P1")
-_JOINT_NEED = Need(name="target", any_of=("P", *COORDINATES, "J"), example="P1")
+_TARGET_NEED = Need(name="target", any_of=("P", *COORDINATES), example="`P1`, or coordinates such as `X=100`")
+_JOINT_NEED = Need(name="target", any_of=("P", *COORDINATES, "J"), example="`P1`, or coordinates or joints")
 _Q_NEED = Need(
-    name="point on the circle", any_of=("Q",), all_of=("QX=", "QY=", "QZ="), example="Q2, or QX= QY= QZ="
+    name="point on the circle",
+    any_of=("Q",),
+    all_of=("QX=", "QY=", "QZ="),
+    example="`Q2`, or `QX=` `QY=` `QZ=`",
 )
 
 MOTIONS: Final = (

@@ -25,6 +25,7 @@ from viapoint.language.lexical import NAME, SIGNED, words
 from viapoint.language.suggestions import did_you_mean
 
 _WRITTEN: Final = re.compile(r"([A-Za-z]+)([0-9]*)=|([A-Za-z]+)(?=[-+.0-9(])")
+_CODE: Final = re.compile(r"([A-Za-z]+)([0-9]*)")
 _OFFSETS: Final = re.compile(r"[DT][XYZABC]=", re.IGNORECASE)
 _EXPONENT: Final = re.compile(r"[-+]?[0-9.]+([eE][0-9]+)=")
 
@@ -71,6 +72,8 @@ def _ends_statement(scan: Scan, word: str, start: int, end: int, text: str) -> b
 def _judge(scan: Scan, text: str, start: int, end: int, queue: list[tuple[int, int]]) -> int | None:
     """Judge one word; the offset at which a further word begins without a blank, if one does."""
     word = text[start:end]
+    if _parted(scan, text, start, end, queue):
+        return None
     found = _WRITTEN.match(word)
     if found is None:
         _unwritten(scan, text, start, end, queue)
@@ -83,6 +86,21 @@ def _judge(scan: Scan, text: str, start: int, end: int, queue: list[tuple[int, i
         scan.meant.update((key, key.rstrip("="), f"{key}="))
         return None
     return _value(scan, text, key, start, start + found.end(), end, queue)
+
+
+def _parted(scan: Scan, text: str, start: int, end: int, queue: list[tuple[int, int]]) -> bool:
+    """Whether an `=` stands apart from the code before it: `X = 5`, `J1 =5`."""
+    code = _CODE.fullmatch(text[start:end])
+    if code is None or not queue or text[queue[0][0]] != "=":
+        return False
+    scan.meant.update((_key(*code.groups()), code.group(1).upper()))
+    last = queue.pop(0)[1]
+    if text[:last].endswith("=") and queue and SIGNED.fullmatch(text[queue[0][0] : queue[0][1]]):
+        last = queue.pop(0)[1]
+    whole = "".join(text[start:last].split())
+    message = f"`{text[start:end]}` and its value stand apart"
+    scan.faults.append(Fault("E126", message, start, last, f"write `{whole}`"))
+    return True
 
 
 def _key(letters: str, digits: str) -> str:
@@ -196,8 +214,11 @@ def _enclosed(scan: Scan, key: str, text: str, start: int, at: int, end: int) ->
         scan.given.append(Given(start, at + close, key, part.value or 0.0))
     if close == len(value):
         return None
-    scan.faults.append(missing_blank(at + close, end))
-    return at + close
+    if value[close].isalpha():
+        scan.faults.append(missing_blank(at + close, end))
+        return at + close
+    scan.faults.append(Fault("E112", f"unexpected `{value[close:]}`", at + close, end))
+    return None
 
 
 def _closing(value: str) -> int:
@@ -221,7 +242,8 @@ def _apart(scan: Scan, text: str, code: str, start: int, end: int, queue: list[t
         message = f"`{code}` and its value stand apart"
         scan.faults.append(Fault("E126", message, start, last, f"write `{code}{value}`"))
     else:
-        scan.faults.append(Fault("E126", f"`{code}` needs its value", start, end, f"write `{code}1`"))
+        example = f"{code}1" if code.endswith("=") or code.upper() in all_parameters() else f"{code}=1"
+        scan.faults.append(Fault("E126", f"`{code}` needs its value", start, end, f"write `{example}`"))
 
 
 def _unwritten(scan: Scan, text: str, start: int, end: int, queue: list[tuple[int, int]]) -> None:
@@ -245,4 +267,5 @@ def _unwritten(scan: Scan, text: str, start: int, end: int, queue: list[tuple[in
         hint = did_you_mean(word, [p.shown for p in known.values()]) or "name a point by its number: `P1`"
         scan.faults.append(Fault("E118", message, start, end, hint))
     else:
+        scan.meant.add("P")
         scan.faults.append(Fault("E112", f"unexpected `{word}`", start, end))

@@ -64,6 +64,8 @@ def bad_number(word: str, start: int) -> Fault:
         hint = "units are fixed (mm, deg, s, mm/s, deg/s) and not written"
     elif re.fullmatch(r"[-+]?[0-9]+,[0-9]+", word):
         hint = f"the decimal sign is a point: {word.replace(',', '.')}"
+    elif re.fullmatch(rf"{NUMBER}([-+*/]{NUMBER})+", word):
+        hint = f"arithmetic stands in parentheses: `({word})`"
     return Fault("E106", f"`{word}` is not a number", start, end, hint)
 
 
@@ -283,4 +285,6 @@ def _number_fault(command: str, text: str, at: int, example: str) -> Fault:
         return bad_number(whole[offset:], begin + offset)
     if command == "TANG" and found.upper().startswith("H"):
         return Fault("E126", f"`{found}` is not a parameter with its value", start, end, "write `TANG 1 H45`")
+    if command == "TANG" and re.fullmatch(rf"[-+]?{NUMBER}", found):
+        return Fault("E112", f"unexpected `{found}`", start, end, f"the offset is written `H{found}`")
     return _count_fault(text, at, "a number", found, start, end)

@@ -173,7 +173,7 @@ class LineReader:
                 continue
             sound = False
             message = f"`{word}` needs a {need.name}"
-            self._report(Fault("E123", message, 0, len(word), f"for instance {need.example}"), start)
+            self._report(Fault("E123", message, 0, len(word), f"add {need.example}"), start)
         if sound:
             values = _values(word, given)
             self.statements.append(tree.Motion(self._line, start, start + len(text), layout, values))
