@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from viapoint.runtime.documents import DocumentError, key_lines, parse_document
+from viapoint.runtime.documents import CELL_CODES, DocumentError, key_lines, parse_document
 
 # Every number is the line it stands in.
 TEXT = '''\
@@ -64,7 +64,7 @@ def test_every_key_has_its_line() -> None:
 
 
 def test_line_of_something_inside_a_value() -> None:
-    document = parse_document("file", TEXT, "E27")
+    document = parse_document("file", TEXT, CELL_CODES)
     assert document.line(("t", "list", 0, 1)) == 11
     assert document.line(("rows", 1, "missing")) == 20
     assert document.line(("nothing",)) == 1
@@ -73,7 +73,7 @@ def test_line_of_something_inside_a_value() -> None:
 @pytest.mark.parametrize(("text", "line"), [("a = 1\nb = \n", 2), ("a = 1\n\n[x\n", 3), ('a = """\n\n', 3)])
 def test_syntax_errors_have_their_line(text: str, line: int) -> None:
     with pytest.raises(DocumentError) as caught:
-        parse_document("file", text, "E27")
+        parse_document("file", text, CELL_CODES)
     assert [each.line for each in caught.value.diagnostics] == [line]
 
 

@@ -27,7 +27,7 @@ Key = tuple[str | int, ...]
 
 @unique
 class Fault(IntEnum):
-    """What can be wrong with a file; the last digit of its code."""
+    """What can be wrong with a file."""
 
     UNREADABLE = 0
     SYNTAX = 1
@@ -41,8 +41,13 @@ class Fault(IntEnum):
     CONTRADICTION = 9
 
 
-CELL_CODES = "E27"
-SCENARIO_CODES = "E29"
+Codes = Mapping[Fault, str]
+CELL_CODES: Codes = dict(
+    zip(Fault, ("E270", "E271", "E272", "E273", "E274", "E275", "E276", "E277", "E278", "E279"), strict=True)
+)
+SCENARIO_CODES: Codes = dict(
+    zip(Fault, ("E290", "E291", "E292", "E293", "E294", "E295", "E296", "E297", "E298", "E299"), strict=True)
+)
 
 
 class DocumentError(Exception):
@@ -59,7 +64,7 @@ class Document:
 
     name: str
     text: str
-    codes: str  # the code's letter and first two digits
+    codes: Codes
     data: dict[str, Any]
     lines: Mapping[Key, int]
     parts: Mapping[str | int, Document] = field(
@@ -81,7 +86,7 @@ class Document:
         if key and key[0] in self.parts:
             return self.parts[key[0]].fault(fault, key[1:], message, hint)
         return Diagnostic(
-            code=f"{self.codes}{fault.value}",
+            code=self.codes[fault],
             message=message,
             file=self.name,
             line=self.line(key),
@@ -96,7 +101,7 @@ def dotted(key: Key) -> str:
     return text.removeprefix(".")
 
 
-def read_document(path: Path, codes: str) -> Document:
+def read_document(path: Path, codes: Codes) -> Document:
     """Read and parse a file. Raises DocumentError: unreadable, not UTF-8, not TOML."""
     try:
         text = path.read_text(encoding="utf-8")
@@ -107,12 +112,10 @@ def read_document(path: Path, codes: str) -> Document:
     else:
         return parse_document(str(path), text, codes)
     message = f"cannot read {path}: {reason}"
-    raise DocumentError(
-        [Diagnostic(code=f"{codes}{Fault.UNREADABLE.value}", message=message, file=str(path))]
-    )
+    raise DocumentError([Diagnostic(code=codes[Fault.UNREADABLE], message=message, file=str(path))])
 
 
-def parse_document(name: str, text: str, codes: str) -> Document:
+def parse_document(name: str, text: str, codes: Codes) -> Document:
     """Parse TOML text. Raises DocumentError with the line of the syntax error."""
     try:
         data = tomllib.loads(text)
@@ -126,7 +129,7 @@ def parse_document(name: str, text: str, codes: str) -> Document:
             message = "a whole number is too long"
     else:
         return Document(name, text, codes, data, key_lines(text))
-    code = f"{codes}{Fault.SYNTAX.value}"
+    code = codes[Fault.SYNTAX]
     raise DocumentError([Diagnostic(code=code, message=f"not valid TOML: {message}", file=name, line=line)])
 
 
@@ -241,17 +244,22 @@ def check(document: Document, schema: type[_Model]) -> Checked[_Model]:
 
 
 def _drop(data: dict[str, Any], key: Key) -> Key:
-    """Take the faulty key out; where it is missing, or in a list, the table or the list around it."""
-    table: Any = data
-    steps: list[dict[str, Any]] = []
+    """Take the faulty key out; where it is missing, or an item of a list, the nearest key around it.
+
+    Items of lists stay: without one the places of those behind it would no longer be right.
+    """
+    here: Any = data
+    tables: list[Any] = []
     for part in key:
-        if not (isinstance(table, dict) and isinstance(part, str) and part in table):
+        if not (part in here if isinstance(here, dict) else isinstance(here, list)):
             break
-        steps.append(table)
-        table = table[part]
-    path = key[: len(steps)]
+        tables.append(here)
+        here = here[part]
+    while tables and isinstance(tables[-1], list):
+        tables.pop()
+    path = key[: len(tables)]
     if path:
-        del steps[-1][str(path[-1])]
+        del tables[-1][path[-1]]
     return path
 
 

@@ -190,6 +190,15 @@ corner_2 = [1, 0, 1]
     ]
 
 
+def test_a_faulty_entry_of_a_list_does_not_hide_the_others() -> None:
+    text = ROBOT + "[[tools]]\nindex = 1\nxyz = [1, 2]\n[[tools]]\nindex = 1\nnam = 1\n"
+    assert codes(text) == [
+        ("E276", 5, "tools[0].xyz"),
+        ("E277", 7, "tools[1].index"),
+        ("E272", 8, "tools[1].nam"),
+    ]
+
+
 @pytest.mark.parametrize(
     ("text", "code"),
     [

@@ -93,6 +93,10 @@ speed_mm_s = [[1, 0], [1, 2]]
     ]
 
 
+def test_a_faulty_key_is_not_missing_too(cell: Cell) -> None:
+    assert codes('[[when]]\nsignal = "DO1"\nset = 3\n', cell) == [("E294", 3, "when[0].set")]
+
+
 def test_faults_of_signals(cell: Cell) -> None:
     text = "[[at]]\nt_s = 1\nset = { DI99 = true, DI1 = 1, AI1 = nan, DO1 = true }\n"
     assert [code for code, _, _ in codes(text, cell)] == ["E294", "E295", "E298", "E299"]

@@ -77,11 +77,7 @@ def _load_shipped(name: str) -> Robot:
             else f"known: {', '.join(names)}, or the path of a .toml file"
         )
         raise RobotError(
-            [
-                Diagnostic(
-                    code=f"{CELL_CODES}{Fault.REFERENCE.value}", message=f"unknown robot {name}", hint=hint
-                )
-            ]
+            [Diagnostic(code=CELL_CODES[Fault.REFERENCE], message=f"unknown robot {name}", hint=hint)]
         )
     file = resources.files("viapoint.stdlib").joinpath("robots", f"{name}.toml")
     return _build(parse_document(f"{name}.toml", file.read_text(encoding="utf-8"), CELL_CODES))

@@ -69,6 +69,7 @@ class _Builder:
         self.document = document
         self.cell = cell
         self.faults: list[Diagnostic] = []
+        self.dropped: frozenset[Key] = frozenset()
 
     def build(self) -> Scenario:
         from viapoint.runtime.signals.schema import ScenarioFile
@@ -77,6 +78,7 @@ class _Builder:
         file = checked.model
         if file is None:
             raise ScenarioError(checked.faults)
+        self.dropped = checked.dropped
         self._once([section.index for section in file.conveyor])
         scenario = Scenario(
             seed=file.seed,
@@ -96,6 +98,8 @@ class _Builder:
         return scenario
 
     def _fault(self, fault: Fault, key: Key, message: str, hint: str | None = None) -> None:
+        if fault is Fault.MISSING_KEY and any(key[:-1] == other[:-1] for other in self.dropped):
+            return  # it may be missing only because it was faulty
         self.faults.append(self.document.fault(fault, key, message, hint))
 
     # --- signals -----------------------------------------------------------------------------------
