@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from viapoint.runtime.records import Floats
-from viapoint.runtime.timing import exact
+from viapoint.runtime.timing import exact, solver
 from viapoint.runtime.timing.curve import AxisCurve
 from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.estimate import Estimate, estimate
@@ -37,6 +37,10 @@ _TOLERANCES: Final = (2e-2, 6e-3, 3e-3)
 
 _PASSES: Final = 8
 _ITERATIONS: Final = 40
+_GAP_OF_SENSE: Final = 0.2
+_VIOLATION_OF_SENSE: Final = 0.05
+"""A solve that ends above these has met rows that contradict each other."""
+
 _SETTLED: Final = 1.01
 _STRETCHES: Final = 60
 _STRETCH_MARGIN: Final = 1.002
@@ -189,20 +193,31 @@ class _Search:
         """The fastest law whose ticks are within all limits; if none is, the last one found."""
         c, state, factors = self.section.start, None, self.section.tightening
         best: TimeLaw | None = None
+        last: TimeLaw | None = None
         for k in range(_PASSES):
             tolerance = _TOLERANCES[min(k, len(_TOLERANCES) - 1)]
-            c, state = solve(tightened(self.section.rows, factors, c), c, state, tolerance, _ITERATIONS)
-            if not np.isfinite(c).all():
+            better, state = solve(tightened(self.section.rows, factors, c), c, state, tolerance, _ITERATIONS)
+            if not self._solved(better, state):
                 break
-            law, s, r = self._judge(c, Plan(self.spline, c, factors, self._first_knot()), state.iterations)
-            good = _within(law.quality.peaks)
-            if good and (best is None or law.duration < best.duration):
-                best = law
-            if good and state.gap <= _SETTLED * _TOLERANCES[-1] * law.duration:
+            c = better
+            last, s, r = self._judge(c, Plan(self.spline, c, factors, self._first_knot()), state.iterations)
+            good = _within(last.quality.peaks)
+            if good and (best is None or last.duration < best.duration):
+                best = last
+            if good and state.gap <= _SETTLED * _TOLERANCES[-1] * last.duration:
                 break
             if not good:
                 factors = tighten(factors, self.spline.knots, s, r, self.spline.fixed)
-        return best or law
+        if best is None and last is None:
+            last, _, _ = self._judge(c, Plan(self.spline, c, factors, self._first_knot()), 0)
+        found = best or last
+        assert found is not None
+        return found
+
+    def _solved(self, c: Floats, state: solver.State) -> bool:
+        """False if the rows could not be met: tightened against what is given at a cut, for instance."""
+        duration = float((self.spline.weight / np.sqrt(c)).sum())
+        return state.gap <= _GAP_OF_SENSE * duration and state.violation <= _VIOLATION_OF_SENSE
 
     def _first_knot(self) -> int:
         return 1 if self.joint is None else self.joint.pieces - 1
