@@ -158,9 +158,13 @@ class Session:
         self._wall = 0.0
 
     def run(self) -> Iterator[Window]:
-        """Run to the end, window by window. The first window is tick 0."""
-        window = self._timed(partial(self.kernel.begin, self._machine))
-        yield self._tell(window)
+        """Run on to the end, window by window. The first window of a session is tick 0.
+
+        The iteration may be left and `run` called again: the run goes on where it was left.
+        """
+        if self.kernel.state is State.READY:
+            window = self._timed(partial(self.kernel.begin, self._machine))
+            yield self._tell(window)
         while not self.kernel.over:
             left = self._window
             if self._last_tick is not None:
@@ -177,6 +181,24 @@ class Session:
         for _ in self.run():
             pass
         return self.status
+
+    def step(self) -> list[Window]:
+        """Run until the next motion is finished, in a session made with `step`; its windows."""
+        windows = []
+        motions = self._blocks()
+        for window in self.run():
+            windows.append(window)
+            if self._blocks() > motions:
+                break
+        return windows
+
+    def halt(self) -> None:
+        """Stop on the path within the limits. Time goes on with `run`; the path with `resume`."""
+        self.kernel.halt()
+
+    def resume(self) -> None:
+        """Go on along the path after a halt."""
+        self.kernel.resume()
 
     def set_input(self, name: str, value: bool) -> None:
         """Set a digital input (`"DI3"` or its name in the cell) from outside, from the next tick on."""
@@ -196,6 +218,9 @@ class Session:
     def realtime_factor(self) -> float:
         """Simulated time ÷ computing time so far."""
         return self.kernel.tick * self.cell.tick / self._wall if self._wall > 0.0 else 0.0
+
+    def _blocks(self) -> int:
+        return sum(event.kind == "block" for event in self.events)
 
     def _hear(self, event: Event) -> None:
         self.events.append(event)

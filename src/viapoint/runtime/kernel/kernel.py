@@ -60,6 +60,7 @@ class State(Enum):
     DWELLING = "dwelling"
     WAITING = "waiting"
     POLLING = "polling"
+    HALTED = "halted"
     FINISHED = "finished"
     FAILED = "failed"
 
@@ -107,6 +108,7 @@ class Kernel:
         self._raised = False  # the synchronous M it waits for has been raised
         self._waiting_since = 0
         self._dwell_until: int | None = None
+        self._halted = False
         self._answered: dict[
             int, tuple[int, int]
         ] = {}  # barriers by line: tick and statements when last reached
@@ -148,6 +150,19 @@ class Kernel:
     def over(self) -> bool:
         """The run has ended, well or not."""
         return self.state in (State.FINISHED, State.FAILED)
+
+    def halt(self) -> None:
+        """Stop on the path within the normal limits; the interpreter keeps running ahead."""
+        if not self._halted and not self.over:
+            self._halted = True
+            if self.state is State.MOVING:
+                self.mover.halt(self.tick)
+
+    def resume(self) -> None:
+        """Go on from where a halt stopped the path."""
+        self._halted = False
+        if self.state is State.HALTED:
+            self._settle()
 
     def begin(self, interpreter: Interpreter) -> Window:
         """Take the program on; returns tick 0, after all that happens in it."""
@@ -262,7 +277,7 @@ class Kernel:
         """Blocks were finished while moving: interpreter and planner go on; True if the law changed."""
         while self._interpret() or self.planner.plan():
             pass
-        return self.mover.extend(self.tick)
+        return not self._halted and self.mover.extend(self.tick)
 
     def _settle(self) -> None:
         """At rest: everything that takes no time, until something must be waited for."""
@@ -280,6 +295,9 @@ class Kernel:
                 pass
             elif self._dwell_until is not None:
                 self.state = State.DWELLING
+                return
+            elif self._halted:
+                self.state = State.HALTED
                 return
             elif entry is not None and isinstance(entry.call, Barrier):
                 self._poll(entry.call)

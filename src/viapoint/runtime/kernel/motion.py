@@ -27,16 +27,22 @@ from viapoint.runtime.timing import (
     plan,
 )
 
-_HORIZON_PIECES: Final = 40
-"""Pieces a law covers at least: some twenty blocks; 3–4 blocks are within 0.2 % of full knowledge, and
-fewer, longer solves cost less than many short ones."""
+_HORIZON_PIECES: Final = 20
+"""Pieces a law covers at least: some seven blocks with round edges; 3–4 blocks are within 0.2 % of full
+knowledge, and the cost of a solve grows with its length."""
 
-_RENEW_PIECES: Final = 16
+_RENEW_PIECES: Final = 8
 """Pieces left in the law when it is extended."""
 
 _STOPPING_SHARE: Final = 3.0
 """The horizon is at least this many stopping distances long, and renewed while half of it is left."""
 
+
+_FIRST_HALT: Final = 1.0
+"""First stopping distance tried, in units of that of constant path deceleration."""
+
+_HALT_GROWTH: Final = 1.3
+"""Factor between stopping distances tried: the halt is at most so much longer than the shortest."""
 
 _REPORT_SAMPLES: Final = 33
 """Times at which a block is asked what limits it."""
@@ -66,6 +72,7 @@ class Mover:
             acceleration=np.append(limits.acceleration, (path.acceleration, path.angular_acceleration)),
             jerk=np.append(limits.jerk, (path.jerk, path.angular_jerk)),
         )
+        self._per_stopping_speed = 1.0 / path.acceleration
         self._stopping = 0.5 * path.speed**2 / path.acceleration + path.speed * path.acceleration / path.jerk
 
     def start(self, tick: int, line: int) -> bool:
@@ -97,8 +104,25 @@ class Mover:
         if law.s_end in self._route.stops or not self._due(law):
             return False
         end = self._horizon(self.s)
-        if end <= law.s_end:
-            return False
+        return end > law.s_end and self._replan(law, tick, end)
+
+    def halt(self, tick: int) -> bool:
+        """At `tick`, moving: come to rest as soon as the limits allow; True if later ticks changed.
+
+        The stopping distance follows from trying: the first of growing distances at which a law ends that
+        keeps all limits. Where none does, the present law runs on to its own end.
+        """
+        law = self.law
+        assert law is not None, "only a moving path is halted"
+        s, v, _ = (float(x[0]) for x in law.at(np.array([self._clock.time(tick + 1)])))
+        distance = max(v * self._tick, _FIRST_HALT * 0.5 * v * v * self._per_stopping_speed)
+        while s + distance < law.s_end:
+            if self._replan(law, tick, s + distance):
+                return True
+            distance *= _HALT_GROWTH
+        return False
+
+    def _replan(self, law: TimeLaw, tick: int, end: float) -> bool:
         try:
             longer = extend(
                 law,
