@@ -22,7 +22,6 @@ from viapoint.runtime.timing.law import UNLIMITED, Quality, TimeLaw, hermite
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 from viapoint.runtime.timing.rows import tightened
 from viapoint.runtime.timing.section import Plan, Request, Section, State, continued, from_rest
-from viapoint.runtime.timing.solver import solve
 from viapoint.runtime.timing.ticks import Ratios, ratios
 from viapoint.runtime.timing.tighten import tighten
 
@@ -191,12 +190,18 @@ class _Search:
 
     def run(self) -> TimeLaw:
         """The fastest law whose ticks are within all limits; if none is, the last one found."""
-        c, state, factors = self.section.start, None, self.section.tightening
+        c, factors = self.section.start, self.section.tightening
+        state: solver.State | None = None
         best: TimeLaw | None = None
         last: TimeLaw | None = None
         for k in range(_PASSES):
             tolerance = _TOLERANCES[min(k, len(_TOLERANCES) - 1)]
-            better, state = solve(tightened(self.section.rows, factors, c), c, state, tolerance, _ITERATIONS)
+            problem = tightened(self.section.rows, factors, c)
+            if state is None:
+                state = solver.fresh(problem, c)
+            else:
+                solver.lift(problem, c, state)
+            better = solver.improve(problem, c, state, tolerance, _ITERATIONS)
             if not self._solved(better, state):
                 break
             c = better

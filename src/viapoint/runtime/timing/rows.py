@@ -37,8 +37,8 @@ class Rows:
     spline: Spline
     lo: Floats  # (m, n+1) acceleration at knots: entry on the coefficient before the knot
     hi: Floats  # (m, n+1) and behind it
-    above: Floats  # (m, n+1) its upper limit: 1, but for separate decelerations
-    below: Floats  # (m, n+1) its lower limit, positive
+    above: Floats  # (m+1, n+1) its upper limit: 1, but for separate decelerations; last row: of x
+    below: Floats  # (m+1, n+1) its lower limit, positive
     left: Band  # (m, n) each: jerk/√x at the left end of the pieces
     right: Band  # (m, n) each: at the right end
     inverse_max: Floats  # (n,) 1/bound of c
@@ -62,17 +62,19 @@ class Tightening:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """What the solver takes: minimise Σ weight/√c subject to the rows; the first `fixed` c are given."""
+    """What the solver takes: minimise Σ weight/√c subject to the rows; the first `fixed` c are given.
+
+    Acceleration and, as the last row, x itself over its bound: −below ≤ lo cᵢ₋₁ + hi cᵢ ≤ above at knot i.
+    Jerk: |jm cᵢ₋₁ + j0 cᵢ + jp cᵢ₊₁| ≤ 1/√cᵢ at both ends of piece i, left ends first.
+    """
 
     weight: Floats  # (n,)
     fixed: int
-    lo: Floats  # (m, n+1)
+    lo: Floats  # (m+1, n+1)
     hi: Floats
     above: Floats
     below: Floats
-    value_lo: Floats  # (n+1,) x at the knots, scaled by its bound
-    value_hi: Floats
-    jm: Floats  # (2m, n) jerk rows, left ends then right ends
+    jm: Floats  # (2m, n)
     j0: Floats
     jp: Floats
     inverse_max: Floats  # (n,)
@@ -117,13 +119,15 @@ def _acceleration(
     lo = 0.5 * q1 * spline.slope_lo + q2 * spline.value_lo
     hi = 0.5 * q1 * spline.slope_hi + q2 * spline.value_hi
     if limits.deceleration is None:
-        ones = np.ones_like(lo)
+        ones = np.ones((len(lo) + 1, lo.shape[1]))
         return lo, hi, ones, ones
     with np.errstate(invalid="ignore"):
         speeding = np.fmin(limits.acceleration * ACCELERATION_PART / scale, _UNBOUNDED)[:, None]
         braking = np.fmin(limits.deceleration * ACCELERATION_PART / scale, _UNBOUNDED)[:, None]
     forward = first.T >= 0.0
-    return lo, hi, np.where(forward, speeding, braking), np.where(forward, braking, speeding)
+    one = np.ones((1, lo.shape[1]))
+    above, below = np.where(forward, speeding, braking), np.where(forward, braking, speeding)
+    return lo, hi, np.vstack((above, one)), np.vstack((below, one))
 
 
 def _jerk(spline: Spline, first: Floats, second: Floats, limit: Floats) -> tuple[Band, Band]:
@@ -185,12 +189,10 @@ def tightened(rows: Rows, by: Tightening, c: Floats) -> Problem:
     return Problem(
         weight=spline.weight,
         fixed=spline.fixed,
-        lo=rows.lo * by.acceleration,
-        hi=rows.hi * by.acceleration,
+        lo=np.vstack((rows.lo * by.acceleration, spline.value_lo / knot_max)),
+        hi=np.vstack((rows.hi * by.acceleration, spline.value_hi / knot_max)),
         above=rows.above,
         below=rows.below,
-        value_lo=spline.value_lo / knot_max,
-        value_hi=spline.value_hi / knot_max,
         jm=jm,
         j0=j0,
         jp=jp,

@@ -1,9 +1,13 @@
-"""Primal–dual interior point for the time law (Mehrotra's predictor–corrector), numpy twin of the core.
+"""Primal–dual interior point for the time law (Mehrotra's predictor–corrector): numpy twin of the core.
 
-    minimise Σ wᵢ/√cᵢ   subject to   −below ≤ A c ≤ above,  V c ≤ 1,  |J c|·√c ≤ 1,  c ≤ c_max
-The Hessian is pentadiagonal, as a jerk row touches three neighbours. Jerk is written |J c| ≤ c^(−1/2):
-the tangent of the right side lies below it, so a Newton step never oversteps a limit. The start need
-not be feasible. A solve can be resumed with slightly other rows, from its old slacks and multipliers.
+    minimise Σ wᵢ/√cᵢ   subject to   −below ≤ A c ≤ above,   |J c| ≤ c^(−1/2),   c ≤ c_max
+The tangent of c^(−1/2) lies below it, so a Newton step never oversteps a jerk limit. A jerk row touches
+three neighbours: the Hessian is pentadiagonal. The start need not be feasible; a solve can be resumed
+from its slacks and multipliers after the rows have been changed a little.
+
+With slack s, multiplier z, residual r and δ = ds/s, the predictor has dz/z = −(1 + δ): one division
+per row serves step lengths, complementarity and the corrector (Nocedal & Wright, Numerical
+Optimization, 14.2 and 19.3).
 """
 
 from __future__ import annotations
@@ -20,14 +24,19 @@ from viapoint.runtime.timing.rows import Problem
 FEASIBLE: Final = 3e-3
 """Largest violation of a scaled row that is taken for none; ticks decide in the end."""
 
-_FIRST_SLACK: Final = 0.1
-_FIRST_BARRIER: Final = 0.1
-_RESUMED_SLACK: Final = 0.01
-_RESUMED_BARRIER: Final = 0.0008
-_RESUMED_SHARE: Final = 0.05
-_LEAST_CENTRING: Final = 0.03
-_TO_BOUNDARY: Final = 0.95
-_SLACK_GROWTH: Final = 4.0
+FIRST_SLACK: Final = 0.1
+FIRST_BARRIER: Final = 0.1
+"""Least slack, and barrier in mean durations of a piece, of a fresh start."""
+
+RESUMED_SLACK: Final = 0.01
+RESUMED_BARRIER: Final = 0.0008
+RESUMED_SHARE: Final = 0.05
+"""The same for resuming: slightly off the boundary, as the rows have moved."""
+
+LEAST_CENTRING: Final = 0.03
+TO_BOUNDARY: Final = 0.95
+LEAST_SHRINK: Final = 1e-9
+SLACK_GROWTH: Final = 4.0
 """The curved jerk bound leaves more room than its tangent; slacks may follow it, but not at once."""
 
 
@@ -35,8 +44,8 @@ _SLACK_GROWTH: Final = 4.0
 class State:
     """Slacks s and multipliers z of all rows, for resuming; changed by every solve.
 
-    acceleration (2, m, n+1), jerk (2, 2m, n), value (n+1,), bound (n,); `scale` (n,) is √c of the first
-    start, by which jerk rows are balanced; `iterations` counts all solves.
+    acceleration (2, m+1, n+1), jerk (2, 2m, n), bound (n,); upper sides first. `scale` (n,) is √c of the
+    first start, by which jerk rows are balanced; `iterations` counts all solves.
     """
 
     scale: Floats
@@ -44,8 +53,6 @@ class State:
     za: Floats
     sj: Floats
     zj: Floats
-    sv: Floats
-    zv: Floats
     sx: Floats
     zx: Floats
     iterations: int = 0
@@ -53,233 +60,211 @@ class State:
     violation: float = np.inf
 
 
-def solve(p: Problem, c: Floats, state: State | None, tolerance: float, most: int) -> tuple[Floats, State]:
-    """Improve c (n,) until the duality gap is below `tolerance` of the duration, `most` iterations at most.
+def duration(weight: Floats, c: Floats) -> float:
+    """The objective, s: Σ weight/√c."""
+    return float((weight / np.sqrt(c)).sum())
 
-    `state` None starts anew. Returns the new c and the state (the given one, changed).
-    """
+
+def fresh(p: Problem, c: Floats) -> State:
+    """Slacks of the start c, lifted off the boundary, and multipliers of equal products with them."""
+    scale = np.sqrt(c)
+    ya, yj = _bands2(p.lo, p.hi, _padded(c)), _bands3(p.jm * scale, p.j0 * scale, p.jp * scale, _padded(c))
+    slacks = (
+        np.stack((p.above - ya, p.below + ya)),
+        np.stack((1.0 - yj, 1.0 + yj)),
+        1.0 - c * p.inverse_max,
+    )
+    sa, sj, sx = (np.maximum(s, FIRST_SLACK) for s in slacks)
+    mu = FIRST_BARRIER * duration(p.weight, c) / len(c)
+    return State(scale, sa, mu / sa, sj, mu / sj, sx, mu / sx)
+
+
+def lift(p: Problem, c: Floats, state: State) -> None:
+    """Make the slacks and multipliers of an earlier solve a start for this one."""
+    mu = RESUMED_BARRIER * duration(p.weight, c) / len(c)
+    for slack, dual in ((state.sa, state.za), (state.sj, state.zj), (state.sx, state.zx)):
+        np.maximum(slack, RESUMED_SLACK, out=slack)
+        np.maximum(dual, mu / np.maximum(slack, RESUMED_SHARE), out=dual)
+
+
+def improve(p: Problem, c: Floats, state: State, tolerance: float, most: int) -> Floats:
+    """c (n,) improved until the duality gap is below `tolerance` of the duration; `state` is changed."""
     work = _Work(p, c, state)
     for _ in range(most):
+        work.measure()
         if work.converged(tolerance) or not work.step():
             break
-    work.state.gap, work.state.violation = work.gap, work.violation
-    return work.c, work.state
+    state.gap, state.violation = work.gap, work.violation
+    return work.c
+
+
+def _padded(c: Floats) -> Floats:
+    return np.concatenate(([0.0], c, [0.0]))
+
+
+def _bands2(lo: Floats, hi: Floats, padded: Floats) -> Floats:
+    """Rows at knots times coefficients, (k, n+1)."""
+    return lo * padded[:-1] + hi * padded[1:]
+
+
+def _bands3(jm: Floats, j0: Floats, jp: Floats, padded: Floats) -> Floats:
+    """Rows on pieces times coefficients, (k, n)."""
+    return jm * padded[:-2] + j0 * padded[1:-1] + jp * padded[2:]
+
+
+class _Side:
+    """One kind of row: slacks, multipliers, and what a step needs of them."""
+
+    def __init__(self, s: Floats, z: Floats) -> None:
+        self.s, self.z = s, z
+
+    def measure(self, room: Floats) -> None:
+        """Residual of s = room, inverse slack, weight z/s, product sz."""
+        self.r = room - self.s
+        self.inverse = 1.0 / self.s
+        self.w = self.z * self.inverse
+        self.g = self.s * self.z
+        self.force = -self.w * self.r
+
+    def predict(self, change: Floats) -> None:
+        """δ of the predictor, when `room` changes by `change`."""
+        self.delta = (self.r + change) * self.inverse
+
+    def centre(self, mu: float, product: float) -> None:
+        """Right side of the corrector: (μ − ds dz)/s on top of the predictor's."""
+        self.c = (mu + product * self.g * self.delta * (1.0 + self.delta)) * self.inverse
+        self.force = self.c + self.force
+
+    def direct(self, change: Floats) -> None:
+        """Step of the corrector."""
+        self.ds = self.r + change
+        self.dz = self.c - self.z - self.w * self.ds
+
+    def move(self, primal: float, dual: float) -> None:
+        self.s += primal * self.ds
+        self.z += dual * self.dz
 
 
 class _Work:
-    """One solve: the iterate and what its rows give there."""
+    """One solve: the iterate, its rows, and a step."""
 
-    def __init__(self, p: Problem, c: Floats, state: State | None) -> None:
-        self.p = p
-        self.c = c
-        scale = np.sqrt(c) if state is None else state.scale
-        self.jerk = (p.jm * scale, p.j0 * scale, p.jp * scale)
-        self.scale = scale
-        self._evaluate()
-        if state is None:
-            self.state = self._fresh()
-        else:
-            self.state = state
-            self._lift()
-        self.gap = self.violation = np.inf
+    def __init__(self, p: Problem, c: Floats, state: State) -> None:
+        self.p, self.c, self.state = p, c, state
+        self.jerk = (p.jm * state.scale, p.j0 * state.scale, p.jp * state.scale)
+        self.a, self.j, self.x = (
+            _Side(state.sa, state.za),
+            _Side(state.sj, state.zj),
+            _Side(state.sx, state.zx),
+        )
+        self.sides = (self.a, self.j, self.x)
+        self.count = state.sa.size + state.sj.size + state.sx.size
 
-    def _evaluate(self) -> None:
-        """Row values at c, and the right side of jerk."""
-        self.ya = self._apply_a(self.c)
-        self.yv = self._apply_v(self.c)
-        self.yj = self._apply_j(self.c)
-        self.room = self.scale / np.sqrt(self.c)
+    def _jerk_room(self) -> Floats:
+        yj = _bands3(*self.jerk, _padded(self.c))
+        room = self.state.scale / np.sqrt(self.c)
+        return np.stack((room - yj, room + yj))
 
-    def _apply_a(self, d: Floats) -> Floats:
-        y = np.zeros_like(self.p.lo)
-        y[:, 1:] = self.p.lo[:, 1:] * d
-        y[:, :-1] += self.p.hi[:, :-1] * d
-        return y
-
-    def _apply_v(self, d: Floats) -> Floats:
-        y = np.zeros_like(self.p.value_lo)
-        y[1:] = self.p.value_lo[1:] * d
-        y[:-1] += self.p.value_hi[:-1] * d
-        return y
-
-    def _apply_j(self, d: Floats) -> Floats:
-        jm, j0, jp = self.jerk
-        y = j0 * d
-        y[:, 1:] += jm[:, 1:] * d[:-1]
-        y[:, :-1] += jp[:, :-1] * d[1:]
-        return y
-
-    def _back_a(self, w: Floats) -> Floats:
-        """Aᵀw summed over axes."""
-        r: Floats = (w * self.p.hi).sum(axis=0)[:-1] + (w * self.p.lo).sum(axis=0)[1:]
-        return r
-
-    def _back_v(self, w: Floats) -> Floats:
-        return (w * self.p.value_hi)[:-1] + (w * self.p.value_lo)[1:]
-
-    def _back_j(self, w: Floats) -> Floats:
-        jm, j0, jp = self.jerk
-        r: Floats = (w * j0).sum(axis=0)
-        r[1:] += (w * jp).sum(axis=0)[:-1]
-        r[:-1] += (w * jm).sum(axis=0)[1:]
-        return r
-
-    def _duration(self) -> float:
-        return float((self.p.weight / np.sqrt(self.c)).sum())
-
-    def _fresh(self) -> State:
+    def measure(self) -> None:
+        """Residuals, weights, gap and violation at the iterate."""
         p = self.p
-        mu = _FIRST_BARRIER * self._duration() / len(self.c)
-        sa = np.maximum(np.stack((p.above - self.ya, p.below + self.ya)), _FIRST_SLACK)
-        sj = np.maximum(np.stack((self.room - self.yj, self.room + self.yj)), _FIRST_SLACK)
-        sv = np.maximum(1.0 - self.yv, _FIRST_SLACK)
-        sx = np.maximum(1.0 - self.c * p.inverse_max, _FIRST_SLACK)
-        return State(self.scale, sa, mu / sa, sj, mu / sj, sv, mu / sv, sx, mu / sx)
-
-    def _lift(self) -> None:
-        """Resume: slacks and multipliers slightly off the boundary, as the rows have moved."""
-        mu = _RESUMED_BARRIER * self._duration() / len(self.c)
-        s = self.state
-        for slack, dual in ((s.sa, s.za), (s.sj, s.zj), (s.sv, s.zv), (s.sx, s.zx)):
-            np.maximum(slack, _RESUMED_SLACK, out=slack)
-            np.maximum(dual, mu / np.maximum(slack, _RESUMED_SHARE), out=dual)
+        ya = _bands2(p.lo, p.hi, _padded(self.c))
+        self.a.measure(np.stack((p.above - ya, p.below + ya)))
+        self.j.measure(self._jerk_room())
+        self.x.measure(1.0 - self.c * p.inverse_max)
+        self.bend = -0.5 * self.state.scale / (self.c * np.sqrt(self.c))
+        self.gap = sum(float(side.g.sum()) for side in self.sides)
+        self.violation = -min(float(side.r.min(initial=0.0)) for side in self.sides)
 
     def converged(self, tolerance: float) -> bool:
-        """Residuals, gap and violation at c; true if both are small."""
-        p, s = self.p, self.state
-        self.ra = np.stack((p.above - self.ya, p.below + self.ya)) - s.sa
-        self.rj = np.stack((self.room - self.yj, self.room + self.yj)) - s.sj
-        self.rv = 1.0 - self.yv - s.sv
-        self.rx = 1.0 - self.c * p.inverse_max - s.sx
-        pairs = ((s.za, s.sa), (s.zj, s.sj), (s.zv, s.sv), (s.zx, s.sx))
-        self.gap = sum(float(np.vdot(z, x)) for z, x in pairs)
-        self.count = sum(x.size for _, x in pairs)
-        self.violation = -min(float(r.min(initial=0.0)) for r in (self.ra, self.rj, self.rv, self.rx))
-        return self.gap < tolerance * self._duration() and self.violation < FEASIBLE
+        """True if gap and violation are small."""
+        return self.gap < tolerance * duration(self.p.weight, self.c) and self.violation < FEASIBLE
 
     def step(self) -> bool:
         """One predictor–corrector step; False if the factorisation fails (c stays as it is)."""
-        s = self.state
-        self.bend = -0.5 * self.room / self.c  # slope of the jerk's right side
-        self.wa, self.wj, self.wv, self.wx = s.za / s.sa, s.zj / s.sj, s.zv / s.sv, s.zx / s.sx
-        factor, info = dpbtrf(self._hessian(), lower=1, overwrite_ab=1)
+        self.factor, info = dpbtrf(self._hessian(), lower=1, overwrite_ab=1)
         if info:
             return False
-        self.factor = factor
-        affine = (-self.wa * self.ra, -self.wj * self.rj, -self.wv * self.rv, -self.wx * self.rx)
-        _, ds, dz = self._direction(affine, None)
-        primal, dual = self._longest(ds, dz, self._slacks(), self._duals(), None)
-        mu = self._centring(ds, dz, min(1.0, primal), min(1.0, dual))
-        product = min(1.0, primal) * min(1.0, dual)
-        centre = tuple((mu - product * a * b) / x for a, b, x in zip(ds, dz, self._slacks(), strict=True))
-        together = tuple(a + b for a, b in zip(centre, affine, strict=True))
-        dc, ds, dz = self._direction(together, centre)
-        primal, dual = self._longest(ds, dz, self._slacks(), self._duals(), dc)
-        self._move(min(1.0, _TO_BOUNDARY * primal), min(1.0, _TO_BOUNDARY * dual), dc, ds, dz)
+        for side, change in zip(self.sides, self._changes(self._newton()), strict=True):
+            side.predict(change)
+        mu, product = self._centring()
+        for side in self.sides:
+            side.centre(mu, product)
+        dc = self._newton()
+        for side, change in zip(self.sides, self._changes(dc), strict=True):
+            side.direct(change)
+        self._move(dc)
         return True
 
-    def _slacks(self) -> tuple[Floats, ...]:
-        s = self.state
-        return s.sa, s.sj, s.sv, s.sx
+    def _changes(self, dc: Floats) -> tuple[Floats, Floats, Floats]:
+        """How the rooms of all rows change with dc."""
+        ya = _bands2(self.p.lo, self.p.hi, _padded(dc))
+        yj, curve = _bands3(*self.jerk, _padded(dc)), self.bend * dc
+        return np.stack((-ya, ya)), np.stack((curve - yj, curve + yj)), -dc * self.p.inverse_max
 
-    def _duals(self) -> tuple[Floats, ...]:
-        s = self.state
-        return s.za, s.zj, s.zv, s.zx
+    def _newton(self) -> Floats:
+        """Step of c for the present forces."""
+        p, (jm, j0, jp) = self.p, self.jerk
+        fa = self.a.force[0] - self.a.force[1]
+        fj = self.j.force[0] - self.j.force[1]
+        r = -0.5 * p.weight / (self.c * np.sqrt(self.c)) + self.x.force * p.inverse_max
+        r += (fa * p.hi).sum(axis=0)[:-1] + (fa * p.lo).sum(axis=0)[1:]
+        r += (fj * j0).sum(axis=0) - self.bend * self.j.force.sum(axis=(0, 1))
+        r[1:] += (fj * jp).sum(axis=0)[:-1]
+        r[:-1] += (fj * jm).sum(axis=0)[1:]
+        r[: p.fixed] = 0.0
+        dc: Floats = dpbtrs(self.factor, -r, lower=1)[0]
+        return dc
 
     def _hessian(self) -> Floats:
         """Lower band (3, n) of ∇²f + Aᵀ(z/s)A over all rows; the given coefficients are cut out."""
-        p, c, n = self.p, self.c, len(self.c)
-        h = np.zeros((3, n), order="F")
-        wa = self.wa[0] + self.wa[1]
-        h[0] = 0.75 * p.weight * c**-2.5 + self.wx * p.inverse_max**2
-        h[0] += self._back_square(wa, p.hi, p.lo) + self._back_square(self.wv, p.value_hi, p.value_lo)
-        h[1, :-1] = (wa * p.hi * p.lo).sum(axis=0)[1:-1] + (self.wv * p.value_hi * p.value_lo)[1:-1]
+        p, c, k = self.p, self.c, self.p.fixed
+        h = np.zeros((3, len(c)), order="F")
+        w = self.a.w[0] + self.a.w[1]
+        high = w * p.hi
+        h[0] = 0.75 * p.weight / (c * c * np.sqrt(c)) + self.x.w * p.inverse_max**2
+        h[0] += (high * p.hi).sum(axis=0)[:-1] + (w * p.lo * p.lo).sum(axis=0)[1:]
+        h[1, :-1] = (high * p.lo).sum(axis=0)[1:-1]
         self._add_jerk(h)
-        k = p.fixed
         h[0, :k], h[1, :k], h[2, :k] = 1.0, 0.0, 0.0
         return h
 
-    @staticmethod
-    def _back_square(w: Floats, hi: Floats, lo: Floats) -> Floats:
-        high, low = w * hi * hi, w * lo * lo
-        if high.ndim == 2:
-            high, low = high.sum(axis=0), low.sum(axis=0)
-        result: Floats = high[:-1] + low[1:]
-        return result
-
     def _add_jerk(self, h: Floats) -> None:
-        """Rows g − J (upper) and g + J (lower) with g the bend on the diagonal."""
-        jm, j0, jp = self.jerk
-        both, skew = self.wj[0] + self.wj[1], self.wj[0] - self.wj[1]
-        g = self.bend
+        """Rows J − g (upper) and −J − g (lower), g the slope of c^(−1/2) on the diagonal."""
+        (jm, j0, jp), g = self.jerk, self.bend
+        both, skew = self.j.w[0] + self.j.w[1], self.j.w[0] - self.j.w[1]
         tilt = both * j0 - skew * g
-        h[0] += (tilt * j0).sum(axis=0) - g * (skew * j0).sum(axis=0) + g * g * both.sum(axis=0)
-        h[0, 1:] += (both * jp * jp).sum(axis=0)[:-1]
+        ahead = both * jp
+        h[0] += (tilt * j0 - g * skew * j0 + g * g * both).sum(axis=0)
+        h[0, 1:] += (ahead * jp).sum(axis=0)[:-1]
         h[0, :-1] += (both * jm * jm).sum(axis=0)[1:]
-        h[1, :-1] += (tilt * jp).sum(axis=0)[:-1]
-        h[1, :-1] += (tilt * jm).sum(axis=0)[1:]
-        h[2, :-2] = (both * jp * jm).sum(axis=0)[1:-1]
+        h[1, :-1] += (tilt * jp).sum(axis=0)[:-1] + (tilt * jm).sum(axis=0)[1:]
+        h[2, :-2] = (ahead * jm).sum(axis=0)[1:-1]
 
-    def _direction(
-        self, force: tuple[Floats, ...], centre: tuple[Floats, ...] | None
-    ) -> tuple[Floats, tuple[Floats, ...], tuple[Floats, ...]]:
-        """Newton direction of c, slacks and multipliers for right sides `force` (+ `centre` of the duals)."""
-        p = self.p
-        fa, fj, fv, fx = force
-        r = -0.5 * p.weight * self.c**-1.5 + fx * p.inverse_max
-        r += self._back_a(fa[0] - fa[1]) + self._back_v(fv)
-        r += self._back_j(fj[0] - fj[1]) - self.bend * fj.sum(axis=(0, 1))
-        r[: p.fixed] = 0.0
-        dc, _ = dpbtrs(self.factor, -r, lower=1)
-        da, dj, curve = self._apply_a(dc), self._apply_j(dc), self.bend * dc
-        dsa = np.stack((self.ra[0] - da, self.ra[1] + da))
-        dsj = np.stack((self.rj[0] + curve - dj, self.rj[1] + curve + dj))
-        ds = (dsa, dsj, self.rv - self._apply_v(dc), self.rx - dc * p.inverse_max)
-        weights = (self.wa, self.wj, self.wv, self.wx)
-        duals = self._duals()
-        dz = tuple(-z - w * d for z, w, d in zip(duals, weights, ds, strict=True))
-        if centre is not None:
-            dz = tuple(e + d for e, d in zip(centre, dz, strict=True))
-        return dc, ds, dz
+    def _centring(self) -> tuple[float, float]:
+        """Barrier μ (the mean gap times the square of what the predictor would leave), and α_p α_d."""
+        low = min(float(side.delta.min(initial=0.0)) for side in self.sides)
+        high = max(float(side.delta.max(initial=-1.0)) for side in self.sides)
+        primal, dual = _step(-low, 1.0), _step(1.0 + high, 1.0)
+        first = sum(float((side.g * side.delta).sum()) for side in self.sides)
+        second = sum(float((side.g * side.delta * side.delta).sum()) for side in self.sides)
+        after = self.gap + primal * first - dual * (self.gap + first) - primal * dual * (first + second)
+        share = min(1.0, max(after / self.gap, LEAST_CENTRING))
+        return share * share * self.gap / self.count, primal * dual
 
-    def _longest(
-        self,
-        ds: tuple[Floats, ...],
-        dz: tuple[Floats, ...],
-        slacks: tuple[Floats, ...],
-        duals: tuple[Floats, ...],
-        dc: Floats | None,
-    ) -> tuple[float, float]:
-        """Longest steps that keep slacks (and c) and multipliers positive."""
-        primal = max(_shrink(s, d) for s, d in zip(slacks, ds, strict=True))
-        dual = max(_shrink(z, d) for z, d in zip(duals, dz, strict=True))
-        if dc is not None:
-            primal = max(primal, _shrink(self.c, dc))
-        return 1.0 / max(primal, 1e-9), 1.0 / max(dual, 1e-9)
-
-    def _centring(self, ds: tuple[Floats, ...], dz: tuple[Floats, ...], primal: float, dual: float) -> float:
-        """Mehrotra's barrier: the mean gap times the square of what the predictor would leave of it."""
-        after = self.gap
-        for s, z, a, b in zip(self._slacks(), self._duals(), ds, dz, strict=True):
-            after += primal * float(np.vdot(a, z)) + dual * float(np.vdot(s, b))
-            after += primal * dual * float(np.vdot(a, b))
-        share = min(1.0, max(after / self.gap, _LEAST_CENTRING)) ** 2
-        return share * self.gap / self.count
-
-    def _move(
-        self, primal: float, dual: float, dc: Floats, ds: tuple[Floats, ...], dz: tuple[Floats, ...]
-    ) -> None:
-        self.c = self.c + primal * dc
-        for slack, z, a, b in zip(self._slacks(), self._duals(), ds, dz, strict=True):
-            slack += primal * a
-            z += dual * b
-        self._evaluate()
-        real = np.stack((self.room - self.yj, self.room + self.yj))
-        sj = self.state.sj
-        np.maximum(sj, np.minimum(real, _SLACK_GROWTH * sj), out=sj)
+    def _move(self, dc: Floats) -> None:
+        """The longest step inside all bounds; the jerk slacks follow their curved bound."""
+        low = min(float((side.ds * side.inverse).min(initial=0.0)) for side in self.sides)
+        low = min(low, float((dc / self.c).min()))
+        dual = min(float((side.dz / side.z).min(initial=0.0)) for side in self.sides)
+        primal_step, dual_step = _step(-low, TO_BOUNDARY), _step(-dual, TO_BOUNDARY)
+        self.c = self.c + primal_step * dc
+        for side in self.sides:
+            side.move(primal_step, dual_step)
+        sj = self.j.s
+        np.maximum(sj, np.minimum(self._jerk_room(), SLACK_GROWTH * sj), out=sj)
         self.state.iterations += 1
 
 
-def _shrink(x: Floats, dx: Floats) -> float:
-    """Largest −dx/x: the inverse of the longest step that keeps x positive."""
-    return -float((dx / x).min(initial=np.inf)) if x.size else 0.0
+def _step(shrink: float, share: float) -> float:
+    """Step length: `share` of the way to where something shrinking at this rate reaches zero, at most 1."""
+    return min(1.0, share / max(shrink, LEAST_SHRINK))
