@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from viapoint.language.commands import MOTIONS as COMMANDS
-from viapoint.vm import reference
 from viapoint.vm.instructions import (
     BY_CODE,
     MOTIONS,
@@ -24,8 +22,6 @@ from viapoint.vm.instructions import (
 )
 from viapoint.vm.machine import HANDLERS
 from viapoint.vm.shapes import KINDS
-
-DOCS = Path(__file__).parents[2] / "docs"
 
 
 @st.composite
@@ -88,12 +84,3 @@ def test_what_is_no_instruction_is_refused(code: bytes) -> None:
 def test_an_address_outside_is_refused(address: int) -> None:
     with pytest.raises(DecodeError, match="outside"):
         decode(encode(Instruction.END), address)
-
-
-def test_the_document_is_the_table(request: pytest.FixtureRequest) -> None:
-    file = DOCS / "instructions.md"
-    text = reference.instruction_reference()
-    if request.config.getoption("--update-goldens"):
-        file.parent.mkdir(exist_ok=True)
-        file.write_text(text, encoding="utf-8")
-    assert file.read_text(encoding="utf-8") == text
