@@ -112,12 +112,14 @@ class _Survey:
     corners: dict[tuple[int, int | None], Corner] = field(default_factory=dict)
     failures: dict[tuple[str, int], MotionError] = field(default_factory=dict)
     joint_lines: set[int] = field(default_factory=set)
+    edges: dict[int, float | None] = field(default_factory=dict)
 
     def plan(self, program: Program, cell: Cell, answer: bool) -> None:
         from viapoint.surveying import survey
 
         found = survey(program, cell, answer)
         self.joint_lines |= found.joint_lines
+        self.edges |= found.edges
         for corner in found.corners:
             self.corners.setdefault((corner.line, corner.next_line), corner)
         if found.failure is not None:
@@ -134,7 +136,7 @@ class _Survey:
             yield {
                 "line": line,
                 "next_line": following,
-                "asked_mm": None if passed.asked is None else _tidy(passed.asked / unit),
+                "asked_mm": self.edges[line],
                 "effective_mm": _tidy(passed.effective / unit),
                 "stop": passed.stop,
                 "forced_by_line": corner.forced_by_line,

@@ -54,6 +54,7 @@ class _Sink:
         self.planner = Planner(cell, self._buffer, cell.home)
         self.motions = 0
         self.joint_lines: set[int] = set()
+        self.edges: dict[int, float | None] = {}
         self._last_line = 0
         self._seen: set[tuple[int, int]] = set()
         self._since_news = 0
@@ -72,6 +73,7 @@ class _Sink:
         while self._buffer.to_execute() is not None:
             self._buffer.executed()
         if isinstance(call, Motion):
+            self.edges[call.line] = call.round_edge
             if call.kind in (MotionKind.JOINT, MotionKind.HOME):
                 self.joint_lines.add(call.line)
             step = (self._last_line, call.line)
@@ -86,10 +88,11 @@ class _Sink:
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """The corners of one way through a program, the lines of its joint moves, and what cannot be planned."""
+    """What one way through a program shows: corners, joint moves, R as programmed, what cannot be planned."""
 
     corners: tuple[Corner, ...]
     joint_lines: frozenset[int]
+    edges: dict[int, float | None]
     failure: MotionError | None
 
 
@@ -103,4 +106,4 @@ def survey(program: Program, cell: Cell, answer: bool) -> Survey:
             break
         world.awaited = outcome.index if isinstance(outcome, AwaitInput) else None
     planner = sink.planner
-    return Survey(tuple(planner.corners), frozenset(sink.joint_lines), planner.failure)
+    return Survey(tuple(planner.corners), frozenset(sink.joint_lines), sink.edges, planner.failure)

@@ -147,6 +147,10 @@ def _summary(session: Session, name: str) -> str:
     kernel = session.kernel
     return (
         f"{name}: {session.status.value} after {kernel.tick * session.cell.tick:.3f} s, "
-        f"{kernel.tick} ticks, {kernel.statements} statements, "
+        f"{_count(kernel.tick, 'tick')}, {_count(kernel.statements, 'statement')}, "
         f"{session.realtime_factor:.0f} × real time"
     )
+
+
+def _count(number: int, word: str) -> str:
+    return f"{number} {word}{'' if number == 1 else 's'}"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import signal
 import sys
 from argparse import Namespace
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
 
 from viapoint.cli.failures import Refusal
 from viapoint.cli.loading import cell_from, program_from, scenario_from
@@ -121,14 +121,18 @@ class _Job:
         from viapoint.session import Status
 
         try:
-            with _stops():
+            with _Stop() as stop:
                 for window in self.session.run():
                     if live is not None:
                         live(window, self.session)
+                    if stop.asked:
+                        self.interrupted = True
+                        break
         except KeyboardInterrupt:
             self.interrupted = True
-            self.session.status = Status.STOPPED
         finally:
+            if self.interrupted:
+                self.session.status = Status.STOPPED
             if self.recorder is not None:
                 self.recorder.close(self._result())
 
@@ -156,22 +160,29 @@ class _Job:
         return 1 if self.interrupted or self.session.status.value == "error" else 0
 
 
-@contextmanager
-def _stops() -> Iterator[None]:
-    """SIGTERM ends a run as Ctrl-C does: cleanly, with the recording closed."""
+class _Stop:
+    """Ctrl-C or SIGTERM ends a run between two windows, with everything in order; the second one at once."""
 
-    def stop(number: int, frame: object) -> None:
-        raise KeyboardInterrupt
+    def __init__(self) -> None:
+        self.asked = False
+        self._before: list[tuple[int, Any]] = []
 
-    try:
-        before = signal.signal(signal.SIGTERM, stop)
-    except ValueError:  # not in the main thread: whoever runs it there stops it
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
+    def __enter__(self) -> Self:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with suppress(ValueError):  # not in the main thread: whoever runs it there stops it
+                self._before.append((number, signal.signal(number, self._stop)))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for number, handler in self._before:
+            signal.signal(number, handler)
+
+    def _stop(self, number: int, frame: object) -> None:
+        if self.asked:
+            raise KeyboardInterrupt
+        self.asked = True
 
 
 def run_quietly(chosen: Namespace) -> tuple[RunInfo, Window, list[Event], bool]:
