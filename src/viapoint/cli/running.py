@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 from argparse import Namespace
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -17,13 +18,16 @@ from viapoint.cli.output import note, print_json
 if TYPE_CHECKING:
     from viapoint.language.diagnostics import Diagnostic
     from viapoint.runtime.cell import Cell
+    from viapoint.runtime.path import Piece
     from viapoint.runtime.recording import Recorder, RunInfo
-    from viapoint.runtime.records import Event, Window
+    from viapoint.runtime.records import Event, Floats, Window
     from viapoint.session import Listener, Loaded, Session
 
 # Options that change what a run does; a recording names these and no others, so that the same run
 # writes the same bytes wherever it is written to.
 TELLING = ("cell", "scenario", "override", "max_time", "cycles", "dry_run", "drives")
+OUTLINE = 17  # points of a curved piece of path in the scene
+STRAIGHT = 1e-5  # m; pieces this near to their chord are drawn as two points
 DEFAULTS = {"override": 100.0, "drives": "ideal"}
 
 
@@ -115,6 +119,14 @@ class _Job:
             dry_run=getattr(chosen, "dry_run", False),
             listeners=listeners,
         )
+        if self.recorder is not None:
+            self.session.kernel.planner.laid = self._draw
+
+    def _draw(self, pieces: Sequence[Piece]) -> None:
+        """The planned path into the recording's scene."""
+        assert self.recorder is not None, "set with a recorder only"
+        for piece in pieces:
+            self.recorder.programmed_path(_outline(piece))
 
     def run(self, live: Any = None) -> None:
         """To the end, or to Ctrl-C; the recording is closed in any case."""
@@ -199,6 +211,16 @@ def run_quietly(chosen: Namespace) -> tuple[RunInfo, Window, list[Event], bool]:
         note(render(errors, colour=sys.stderr.isatty()) + "\n")
     info = _run_info(chosen, job.cell, job.loaded)
     return info, join(windows), in_time_order(job.session.events), not errors
+
+
+def _outline(piece: Piece) -> Floats:
+    """(K, 3) points of a piece: its two ends where it is straight."""
+    import numpy as np
+
+    points = piece.poses(np.linspace(0.0, piece.length, OUTLINE)).position
+    chord = np.linspace(points[0], points[-1], OUTLINE)
+    straight = bool(np.abs(points - chord).max() < STRAIGHT)
+    return points[[0, -1]] if straight else points
 
 
 # --- recording ----------------------------------------------------------------------------------

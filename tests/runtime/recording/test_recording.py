@@ -197,3 +197,19 @@ def test_links_chain_back_to_the_wire_frame() -> None:
         along = points[:, i + 1] - points[:, i]
         tip = quaternion_to_matrix(turn)[..., 2] * np.linalg.norm(along, axis=-1, keepdims=True)
         np.testing.assert_allclose(tip, along, atol=1e-12)
+
+
+def test_planned_path_is_one_line_that_goes_on(run, tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    recorder = run.record(path, close=False)
+    pieces = [np.array([[0, 0, 0], [1, 0, 0.0]]), np.array([[1, 0, 0], [1, 1, 0.0]])]
+    for piece in pieces:
+        recorder.programmed_path(piece)
+    recorder.close()
+    lines = [
+        [(p.x, p.y) for p in entity.lines[0].points]
+        for _, update in decoded(path)["/scene"]
+        for entity in update.entities
+        if entity.id.startswith("programmed")
+    ]
+    assert lines == [[(0, 0), (1, 0), (1, 1)]]

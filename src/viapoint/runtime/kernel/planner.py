@@ -7,6 +7,7 @@ runs on to the last exact stop that is sure, and halts there.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from viapoint.runtime.cell import Cell
@@ -14,7 +15,7 @@ from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
 from viapoint.runtime.kernel.failure import MotionError, PlanningError
 from viapoint.runtime.kernel.resolver import Resolver
 from viapoint.runtime.kernel.route import Route
-from viapoint.runtime.path import Chain, GeometryError, Transition
+from viapoint.runtime.path import Chain, GeometryError, Piece, Transition
 from viapoint.runtime.records import Floats
 from viapoint.vm.ports import Barrier, Dwell, End, Motion, RaiseM, SelectTool, SetOutput, Tangent, Track
 
@@ -38,6 +39,8 @@ class Planner:
         self.route = Route(cell.robot, q_start)
         self.failure: MotionError | None = None
         self.corners: list[Corner] = []
+        self.laid: Callable[[Sequence[Piece]], None] | None = None
+        """Told of every finished piece of path, for drawings."""
         self._buffer = buffer
         self._resolver = Resolver(cell, q_start)
         self._chain = Chain(tolerance=cell.path_tolerance)
@@ -130,6 +133,8 @@ class Planner:
     def _take(self) -> None:
         """Hand finished pieces and decided corners over."""
         pieces, marks, transitions = self._chain.take()
+        if self.laid is not None:
+            self.laid(pieces)
         for transition in transitions:
             line = self._lines.pop(transition.tag)
             following = transition.next_tag

@@ -76,7 +76,8 @@ class Recorder:
         self._blocks = BlockBuilder()
         self._events: list[Event] = []
         self._previous = (0, 0, "")  # line, interpreter line and state last told
-        self._lines = 0
+        self._planned: list[Floats] = []  # pieces of path that wait to be drawn
+        self._planned_end: Floats | None = None  # (1, 3) where the path drawn so far ends
         self._file = McapWriter(Path(path), _topics())
         self._joint_template = _joint_template(info)
         self._frame_template: Template | None = None
@@ -106,10 +107,10 @@ class Recorder:
         self._events.append(event)
 
     def programmed_path(self, points: Floats) -> None:
-        """(K, 3) m: a piece of the path as programmed, drawn beside the travelled one."""
-        entity = scene.line_entity(f"programmed{self._lines}", points, nanoseconds=0, programmed=True)
-        self._lines += 1
-        self._file.message("/scene", scene.scene_update([entity]), 0)
+        """(K, 3) m: a piece of the path as planned, drawn beside the travelled one from the next block on."""
+        if self._planned and np.array_equal(self._planned[-1][-1], points[0]):
+            points = points[1:]
+        self._planned.append(points)
 
     def close(self, result: dict[str, str] | None = None) -> None:
         """Write what is left; `result` becomes the metadata `result` (its absence: the run broke off)."""
@@ -144,6 +145,7 @@ class Recorder:
             self._write_joints(block, rows, stamps)
             self._write_frames(block, rows, stamps)
             self._write_travelled(block, rows, at)
+        self._write_planned(at)
         self._write_program(block)
         self._write_events(block.first_tick + len(block))
         self._file.flush()
@@ -199,6 +201,17 @@ class Recorder:
         name = f"travelled{block.first_tick}"
         entity = scene.line_entity(name, points, nanoseconds=at, programmed=False)
         self._file.message("/scene", scene.scene_update([entity]), at)
+
+    def _write_planned(self, at: int) -> None:
+        """The path planned since the block before, as one line that goes on from there."""
+        if not self._planned:
+            return
+        before = [] if self._planned_end is None else [self._planned_end]
+        points = np.concatenate((*before, *self._planned))
+        entity = scene.line_entity(f"programmed{at}", points, nanoseconds=at, programmed=True)
+        self._file.message("/scene", scene.scene_update([entity]), at)
+        self._planned_end = points[-1:]
+        self._planned.clear()
 
     def _write_program(self, block: Joined) -> None:
         moving = block.speed > STANDING
