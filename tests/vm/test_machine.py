@@ -191,3 +191,28 @@ def test_the_canonical_port_describes_every_call() -> None:
     machine = Machine(compiled("ML P1 F100\n"), CanonicalPort(world), world)
     assert machine.run() == Ended(1)
     assert world.log == ["   1 ML P1 F100.000 Z0 T0", "   1 END"]
+
+
+@pytest.mark.parametrize(
+    ("text", "points"),
+    [
+        ("ML P1 F100\nA: ML P2\nGOTO A\n", [1, 2, 2, 2]),
+        ("A: ML P1 F100\nB:\nIF NOT DI1\nGOTO B\nENDIF\nGOTO A\n", [1, 1, 1]),
+        ("W:\nIF NOT DI1\nGOTO W\nENDIF\nA: ML P1 F100\nGOTO A\n", [1, 1, 1]),
+        ("A: SUB S\nGOTO A\nS:\nB: ML P1 F100\nIF DI2\nGOTO B\nENDIF\nEND\n", [1, 1, 1]),
+        ("A: ML P1 F100\nIF DI2\nGOTO A\nENDIF\nML P2\nGOTO A\n", [1, 2, 1, 2, 1, 2]),
+    ],
+)
+def test_cycles_are_passes_of_the_main_loop(text: str, points: list[int]) -> None:
+    port, world = Room(1000), ScriptedWorld({1: [False, False, False, False, True]})
+    machine = Machine(compiled(text), port, world, max_cycles=3)
+    while not isinstance(machine.run(), Ended):
+        pass
+    assert [call.target.point for call in port.calls if isinstance(call, Motion)] == points
+    assert machine.cut_short
+
+
+def test_a_program_that_ends_has_not_been_cut_short() -> None:
+    machine, _, _ = _machine("A: ML P1 F100\nGOTO A 5\n")
+    assert machine.run() == Ended(2)
+    assert not machine.cut_short

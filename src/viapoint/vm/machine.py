@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from viapoint.vm.cycles import main_loop
 from viapoint.vm.instructions import MOTIONS, Decoded, Instruction, decode
 from viapoint.vm.ports import (
     AtBarrier,
@@ -77,8 +78,8 @@ class _Step(NamedTuple):
 class Machine:
     """Runs `program`; `run` returns each time it must wait, and is called again to resume.
 
-    `max_cycles` ends an endless program after so many passes of its main loop: at the jump back without a
-    count, in the main program, that completes the last of them.
+    `max_cycles` ends an endless program after so many passes of its main loop (`cycles.main_loop`): at the
+    jump back that completes the last of them.
     """
 
     def __init__(
@@ -99,6 +100,7 @@ class Machine:
         self._work = 0
         self._work_limit = WORK_LIMIT + len(program.code)
         self._cycles_left = max_cycles
+        self._main_loop = main_loop(program) if max_cycles is not None else None
         self.cut_short = False
         """Whether `max_cycles` ended the program."""
 
@@ -226,7 +228,7 @@ class Machine:
 
     def _jump(self, step: _Step) -> Call | None:
         target = step.operands[0]
-        if self._cycles_left is not None and target <= step.address and len(self._frames) == 1:
+        if self._cycles_left is not None and step.address == self._main_loop:
             self._cycles_left -= 1
             if self._cycles_left <= 0:
                 self.cut_short = True
