@@ -9,7 +9,7 @@ import pytest
 from case_files import read_cases, read_listing
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from programs import MOTIONS_OF_SEEDS, PROGRAMS, mutated
+from programs import MOTIONS_OF_SEEDS, PROGRAMS, line, mutated
 
 from viapoint.language.commands import MAX_AXIS
 from viapoint.language.dump import dump
@@ -37,10 +37,10 @@ def assert_places_are_real(result: ParseResult) -> None:
         assert 0 <= span.start < span.end <= size, (diagnostic, source.text)
         for label in diagnostic.labels:
             assert 0 <= label.span.start < label.span.end <= size
-        line, column, end_line, end_column = diagnostic.extent or (0, 0, 0, 0)
-        assert line == end_line
+        row, column, end_row, end_column = diagnostic.extent or (0, 0, 0, 0)
+        assert row == end_row
         assert 1 <= column < end_column
-        assert to_json(diagnostic)["line"] == line
+        assert to_json(diagnostic)["line"] == row
     for statement in result.program.statements:
         span = statement_span(statement)
         assert 0 <= span.start < span.end <= size
@@ -56,6 +56,8 @@ def assert_places_are_real(result: ParseResult) -> None:
 @given(PROGRAMS)
 @example("ML X=1E1=500\nML P1E3\nML P1.0\nWAIT 1E400")
 @example("GOTO LOOP 0\nSUB A 1000000001\nIF DI70000\nIF DI1 AND DI2 OR DI3")
+@example("SET\rDO 1\nML P1\r F5\r\r\nT\x0b1\nIF DI1\x1cAND DI2\nGOTO\x0cA\nA\x1f:")
+@example("\rGOTO A\nML P1 F5.5.E1=3")
 @example("ML P1 J1=5\nMJ P1 J01=5\nMJ P1 J33=5")
 def test_fast_path_and_grammar_agree(text: str) -> None:
     source = Source("generated.via", text)
@@ -105,7 +107,8 @@ def test_mutated_programs_are_judged_without_an_exception() -> None:
     generator = random.Random(FUZZ_SEED)
     for round_number in range(FUZZ_ROUNDS):
         seed = generator.getrandbits(32)
-        text = mutated(generator.choice(TEXTS), seed)
+        text = generator.choice(TEXTS) if seed % 2 else "\n".join(line(generator) for _ in range(6))
+        text = mutated(text, seed)
         source = Source("mutated.via", text)
         try:
             result = parse(source)

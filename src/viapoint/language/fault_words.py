@@ -27,7 +27,7 @@ from viapoint.language.suggestions import did_you_mean
 _WRITTEN: Final = re.compile(r"([A-Za-z]+)([0-9]*)=|([A-Za-z]+)(?=[-+.0-9(])")
 _CODE: Final = re.compile(r"([A-Za-z]+)([0-9]*)")
 _OFFSETS: Final = re.compile(r"[DT][XYZABC]=", re.IGNORECASE)
-_EXPONENT: Final = re.compile(r"[-+]?[0-9.]+([eE][0-9]+)=")
+_EXPONENT: Final = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)([eE][0-9]+)=")
 
 
 @dataclass(slots=True)

@@ -117,7 +117,7 @@ def _read_other(
             return
         text = text[:comment]
         shape = shape[: shape.find("//")]
-    body = text.strip(" \t\r")
+    body = text.rstrip(" \t\r").lstrip(" \t")
     if not body:
         return
     first = start + len(text) - len(text.lstrip(" \t"))

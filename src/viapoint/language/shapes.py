@@ -35,6 +35,9 @@ HOLE: Final = "\x01"
 SPLIT_NUMBERS: Final = re.compile(r"([-+]?[0-9]++(?:\.[0-9]++)?+(?:[eE][-+]?[0-9]++)?+(?!=))")
 """Splits a text at its numbers. The number of `J1=` belongs to the code, hence the last condition."""
 
+_PLAIN: Final = re.compile(rf"[{HOLE}\t -~]*")
+"""Characters of a plain shape: printable ASCII; a carriage return inside a line is an error."""
+
 _CACHE_SIZE: Final = 4096
 """Templates and conditions kept; beyond it the store starts afresh, so that memory stays bounded."""
 
@@ -159,7 +162,7 @@ def template(shape: str) -> Template | None:
 
 def _make(shape: str) -> Template | None:
     words = shape.upper().split()
-    if not words or not shape.isascii():
+    if not words or _PLAIN.fullmatch(shape.rstrip(" \t\r")) is None:
         return None
     indent = len(shape) - len(shape.lstrip(" \t"))
     trailing = len(shape) - len(shape.rstrip(" \t\r"))
