@@ -1,5 +1,30 @@
-"""Build of the optional compiled core; everything else stands in pyproject.toml."""
+"""Build of the optional compiled core; everything else stands in pyproject.toml.
 
-from setuptools import setup
+Without a compiler, or without Cython, the installation goes on and the numpy twin does the work.
+"""
 
-setup()
+import sys
+
+from setuptools import Extension, setup
+
+
+def compiled_core() -> list[Extension]:
+    """The extension, or nothing where Cython is missing."""
+    try:
+        from Cython.Build import cythonize
+    except ImportError:
+        print("viapoint: no Cython, the compiled core is left out", file=sys.stderr)
+        return []
+    strict = [] if sys.platform == "win32" else ["-O3", "-ffp-contract=off"]
+    folder = "src/viapoint/runtime/timing/"
+    core = Extension(
+        "viapoint.runtime.timing._core",
+        [folder + "_core.pyx"],
+        depends=[folder + "_loops.h"],
+        extra_compile_args=strict,
+        optional=True,
+    )
+    return cythonize([core], quiet=True)
+
+
+setup(ext_modules=compiled_core())

@@ -14,6 +14,7 @@ import numpy as np
 
 from viapoint.runtime.records import Floats
 from viapoint.runtime.timing import exact, solver
+from viapoint.runtime.timing.core import chosen
 from viapoint.runtime.timing.curve import AxisCurve
 from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.estimate import Estimate, estimate
@@ -22,7 +23,7 @@ from viapoint.runtime.timing.law import UNLIMITED, Quality, TimeLaw, hermite
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 from viapoint.runtime.timing.rows import tightened
 from viapoint.runtime.timing.section import Plan, Request, Section, State, continued, from_rest
-from viapoint.runtime.timing.ticks import Ratios, ratios
+from viapoint.runtime.timing.ticks import Ratios
 from viapoint.runtime.timing.tighten import tighten
 
 SPEED_ALLOWED: Final = 1.0
@@ -149,7 +150,7 @@ def _exact(ask: Request, est: Estimate, state: State, t0: float, joint: _Joint |
     law = _law(t0, knots, None) if joint is None else _continued(joint, knots, None)
     s, q = _set_points(ask, law, 0.0 if joint is None else joint.t)
     speed = np.where(s[:-1] >= state.s, np.diff(s) / (ask.tick * est.straight.bound), 0.0)
-    peaks = _with_speed(ratios(q, ask.limits, ask.tick), speed).peaks
+    peaks = _ratios(ask, q, speed).peaks
     law = _judged(law, Quality("exact", passes=1, peaks=peaks))
     return law if _within(peaks) else None
 
@@ -165,7 +166,7 @@ def _set_points(ask: Request, law: TimeLaw, since: float) -> tuple[Floats, Float
     """s (N,) and axes (N, m) at the ticks from three before `since` (s after t0) to three after the end."""
     first = math.floor(since / ask.tick) - 3
     last = math.ceil(law.duration / ask.tick) + 3
-    s, _, _ = law.since_start(np.arange(first, last + 1) * ask.tick)
+    s = chosen().positions(law.t, law.width, law.coeffs, law.s_end, first, last, ask.tick)
     q = ask.curve.values(s)
     if not np.isfinite(q).all():
         where = float(s[int(np.argmin(np.isfinite(q).all(axis=1)))])
@@ -173,8 +174,10 @@ def _set_points(ask: Request, law: TimeLaw, since: float) -> tuple[Floats, Float
     return s, q
 
 
-def _with_speed(r: Ratios, speed: Floats) -> Ratios:
-    return Ratios(np.maximum(r.speed, speed), r.acceleration, r.jerk)
+def _ratios(ask: Request, q: Floats, path_speed: Floats) -> Ratios:
+    """Tick ratios of the axes q (N, m), and of the path's speed to the programmed one (N-1,)."""
+    speed, acceleration, jerk = chosen().ratios(q, ask.limits, ask.tick)
+    return Ratios(np.maximum(speed, path_speed), acceleration, jerk)
 
 
 class _Search:
@@ -201,7 +204,7 @@ class _Search:
                 state = solver.fresh(problem, c)
             else:
                 solver.lift(problem, c, state)
-            better = solver.improve(problem, c, state, tolerance, _ITERATIONS)
+            better = chosen().improve(problem, c, state, tolerance, _ITERATIONS)
             if not self._solved(better, state):
                 break
             c = better
@@ -234,7 +237,7 @@ class _Search:
         law = self._joined(knots, plan)
         since = 0.0 if self.joint is None else self.joint.t
         s, q = _set_points(self.ask, law, since)
-        r = _with_speed(ratios(q, self.ask.limits, self.ask.tick), self._programmed(s))
+        r = _ratios(self.ask, q, self._programmed(s))
         quality = Quality("spline", iterations, self.passes, 1.0, r.peaks)
         return _judged(law, quality), s, r
 
@@ -314,7 +317,7 @@ def _stretch(ask: Request, law: TimeLaw) -> TimeLaw:
         slower = _slowed(law, factor)
         s, q = _set_points(ask, slower, 0.0)
         speed_ratio = np.diff(s) / (ask.tick * np.minimum(ask.bound(s)[1:], ask.bound(s)[:-1]))
-        peaks = _with_speed(ratios(q, ask.limits, ask.tick), speed_ratio).peaks
+        peaks = _ratios(ask, q, speed_ratio).peaks
         if _within(peaks):
             quality = Quality(law.quality.method, law.quality.iterations, law.quality.passes, factor, peaks)
             return _judged(slower, quality)

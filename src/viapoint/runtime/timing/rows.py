@@ -115,7 +115,7 @@ def _acceleration(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """½q′x′ + q″x at the knots; along the motion of an axis its acceleration, against it its deceleration."""
     scale = limits.gentlest * ACCELERATION_PART
-    q1, q2 = (first / scale).T, (second / scale).T
+    q1, q2 = _by_axis(first / scale), _by_axis(second / scale)
     lo = 0.5 * q1 * spline.slope_lo + q2 * spline.value_lo
     hi = 0.5 * q1 * spline.slope_hi + q2 * spline.value_hi
     if limits.deceleration is None:
@@ -124,17 +124,21 @@ def _acceleration(
     with np.errstate(invalid="ignore"):
         speeding = np.fmin(limits.acceleration * ACCELERATION_PART / scale, _UNBOUNDED)[:, None]
         braking = np.fmin(limits.deceleration * ACCELERATION_PART / scale, _UNBOUNDED)[:, None]
-    forward = first.T >= 0.0
+    forward = _by_axis(first) >= 0.0
     one = np.ones((1, lo.shape[1]))
     above, below = np.where(forward, speeding, braking), np.where(forward, braking, speeding)
     return lo, hi, np.vstack((above, one)), np.vstack((below, one))
 
 
+def _by_axis(x: Floats) -> Floats:
+    return np.ascontiguousarray(x.T)
+
+
 def _jerk(spline: Spline, first: Floats, second: Floats, limit: Floats) -> tuple[Band, Band]:
     """½q′x″ + (3/2)q″x′ + q‴x at both ends of the pieces; q‴ is the mean over the piece."""
     h = spline.width
-    q1, q2 = (0.5 * first / limit).T, (1.5 * second / limit).T
-    q3 = np.diff(second, axis=0).T / h / limit[:, None]
+    q1, q2 = _by_axis(0.5 * first / limit), _by_axis(1.5 * second / limit)
+    q3 = _by_axis(np.diff(second, axis=0) / limit) / h
     bend_m = -spline.slope_lo[:-1] / h
     bend_0 = (spline.slope_lo[1:] - spline.slope_hi[:-1]) / h
     bend_p = spline.slope_hi[1:] / h
@@ -159,7 +163,8 @@ def _speed(spline: Spline, first: Floats, second: Floats, limits: AxisLimits, pr
     fastest = np.maximum(np.maximum(np.abs(first[1:]), np.abs(first[:-1])), np.abs(middle))
     with np.errstate(divide="ignore"):
         axes = 1.0 / (fastest / limits.speed).max(axis=1, initial=0.0)
-    return SPEED_PART * np.minimum(axes, programmed)
+    bound: Floats = SPEED_PART * np.minimum(axes, programmed)
+    return bound
 
 
 def _bound_rest(spline: Spline, first: Floats, jerk: Floats, inverse_max: Floats) -> None:

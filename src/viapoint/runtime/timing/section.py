@@ -195,7 +195,7 @@ def programmed_speed(ask: Request, spline: Spline) -> Floats:
     asked = np.maximum(asked, spline.knots[1] if spline.fixed else asked)
     bounds = ask.bound(asked)
     n = len(low)
-    slowest = bounds[: 3 * n].reshape(3, n).min(axis=0)
+    slowest: Floats = bounds[: 3 * n].reshape(3, n).min(axis=0)
     owner = np.clip(np.searchsorted(spline.knots, around, side="right") - 1, 0, n - 1)
     np.minimum.at(slowest, owner, bounds[3 * n :])
     if not np.all(slowest > 0.0):

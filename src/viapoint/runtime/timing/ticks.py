@@ -31,26 +31,38 @@ class Ratios:
         return speed, acceleration, jerk
 
 
-def ratios(q: Floats, limits: AxisLimits, tick: float) -> Ratios:
-    """Ratios of first, second and third differences of the axes q (N, m) at consecutive ticks."""
+def positions(
+    t: Floats, width: Floats, coeffs: Floats, s_end: float, first: int, last: int, tick: float
+) -> Floats:
+    """Parameters s of a law at the ticks first ... last, k·tick since its start; arrays as in `TimeLaw`."""
+    tau = np.arange(first, last + 1) * tick
+    inside = np.maximum(tau, t[0])
+    k = np.minimum(np.searchsorted(t, inside, side="right") - 1, len(width) - 1)
+    u = (inside - t[k]) / width[k]
+    c = coeffs[k]
+    s = c[:, 0] + u * (c[:, 1] + u * (c[:, 2] + u * (c[:, 3] + u * (c[:, 4] + u * c[:, 5]))))
+    return np.where(tau >= t[-1], s_end, s)
+
+
+def ratios(q: Floats, limits: AxisLimits, tick: float) -> tuple[Floats, Floats, Floats]:
+    """Largest ratios over the axes of first, second, third differences of q (N, m) at consecutive ticks."""
     d1 = np.diff(q, axis=0)
     d2 = np.diff(d1, axis=0)
     d3 = np.diff(d2, axis=0)
     speed = np.abs(d1) * (1.0 / (limits.speed * tick))
-    up = 1.0 / (limits.acceleration * tick**2)
-    if limits.deceleration is None:
-        acceleration = np.abs(d2) * up
-    else:
-        acceleration = _signed(d1, d2, up, 1.0 / (limits.deceleration * tick**2))
+    up, down = 1.0 / (limits.acceleration * tick**2), 1.0 / (limits.braking * tick**2)
     jerk = np.abs(d3) * (1.0 / (limits.jerk * tick**3))
-    return Ratios(*(r.max(axis=1, initial=0.0) for r in (speed, acceleration, jerk)))
+    acceleration = np.abs(d2) * _scale(d1, up, down)
+    return (
+        speed.max(axis=1, initial=0.0),
+        acceleration.max(axis=1, initial=0.0),
+        jerk.max(axis=1, initial=0.0),
+    )
 
 
-def _signed(d1: Floats, d2: Floats, up: Floats, down: Floats) -> Floats:
+def _scale(d1: Floats, up: Floats, down: Floats) -> Floats:
     """With the motion counts as acceleration, against it as deceleration; the milder where it turns."""
     before, after = d1[:-1], d1[1:]
     speeding = np.where(np.abs(after) >= np.abs(before), up, down)
-    turning = before * after < 0.0
-    scale = np.where(turning, np.minimum(up, down), speeding)
-    result: Floats = np.abs(d2) * scale
+    result: Floats = np.where(before * after < 0.0, np.minimum(up, down), speeding)
     return result
