@@ -1,1 +1,84 @@
-"""viapoint: a robot programming language with its compiler, virtual machine and motion kernel."""
+"""viapoint: a robot programming language with its compiler, virtual machine and motion kernel.
+
+    import viapoint as via
+
+    cell = via.load_cell("cell.toml")
+    program = via.compile_file("part.via", cell=cell)
+    for window in via.Session(cell, program).run():
+        ...
+
+The public names, nothing else. Each is imported when it is first used, so that what needs no robot
+loads none.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from viapoint.checking import CheckReport, check_program
+    from viapoint.language.diagnostics import Diagnostic, Severity
+    from viapoint.report import run_report
+    from viapoint.runtime.cell import Cell, CellError, default_cell, load_cell
+    from viapoint.runtime.recording import Recorder, Recording, RecordingError, load_recording
+    from viapoint.runtime.records import Event, Window
+    from viapoint.runtime.robots import Robot, RobotError, load_robot, robot_names
+    from viapoint.runtime.signals import Scenario, ScenarioError, load_scenario
+    from viapoint.session import CompileError, Session, Status, compile_file, compile_text
+
+__all__ = [
+    "Cell",
+    "CellError",
+    "CheckReport",
+    "CompileError",
+    "Diagnostic",
+    "Event",
+    "Recorder",
+    "Recording",
+    "RecordingError",
+    "Robot",
+    "RobotError",
+    "Scenario",
+    "ScenarioError",
+    "Session",
+    "Severity",
+    "Status",
+    "Window",
+    "check_program",
+    "compile_file",
+    "compile_text",
+    "default_cell",
+    "load_cell",
+    "load_recording",
+    "load_robot",
+    "load_scenario",
+    "robot_names",
+    "run_report",
+]
+
+_HOMES = {
+    "viapoint.checking": ("CheckReport", "check_program"),
+    "viapoint.language.diagnostics": ("Diagnostic", "Severity"),
+    "viapoint.report": ("run_report",),
+    "viapoint.runtime.cell": ("Cell", "CellError", "default_cell", "load_cell"),
+    "viapoint.runtime.recording": ("Recorder", "Recording", "RecordingError", "load_recording"),
+    "viapoint.runtime.records": ("Event", "Window"),
+    "viapoint.runtime.robots": ("Robot", "RobotError", "load_robot", "robot_names"),
+    "viapoint.runtime.signals": ("Scenario", "ScenarioError", "load_scenario"),
+    "viapoint.session": ("CompileError", "Session", "Status", "compile_file", "compile_text"),
+}
+_HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> object:
+    home = _HOME_OF.get(name)
+    if home is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value: object = getattr(import_module(home), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -144,7 +144,7 @@ class Recorder:
         if len(rows):
             self._write_joints(block, rows, stamps)
             self._write_frames(block, rows, stamps)
-            self._write_travelled(block, rows, at)
+            self._write_travelled(block, rows, self._nanoseconds(block.first_tick + len(block) - 1))
         self._write_planned(at)
         self._write_program(block)
         self._write_events(block.first_tick + len(block))
