@@ -158,14 +158,13 @@ class AxisPath:
         """Coefficients (C, D+1, n+4) with turns and lengths counted on from the end of the path."""
         n = self.n
         turn = np.where(self.robot.prismatic, 0.0, 2.0 * np.pi)
-        lengths = self._last[n:].copy()
         chained = []
         for start, width, values, coeffs in done:
             gap = self._last[:n] - values[0, :n]
             turns = turn * np.round(gap / (2.0 * np.pi))
             if np.abs(gap - turns).max() > _JOIN_GAP:
                 raise self._jump(stretch, start)
-            shift = np.concatenate((turns, lengths))
+            shift = np.concatenate((turns, self._last[n:]))
             moved = coeffs.copy()
             moved[0] += shift
             chained.append(moved)

@@ -8,11 +8,12 @@ junctions of a path; the trailing coefficients measure the error that is left.
 
 from __future__ import annotations
 
+import itertools
 from typing import Final
 
 import numpy as np
 
-from viapoint.runtime.records import Floats, Ints
+from viapoint.runtime.records import Floats
 
 DEGREE: Final = 11
 """12 nodes a cell: the best trade of cell count against evaluation cost for arm kinematics."""
@@ -50,11 +51,22 @@ def _derivative_matrix(degree: int) -> Floats:
     return matrix
 
 
+def _integration_matrix(degree: int) -> Floats:
+    """Values at the Lobatto points to the integral from −1 up to each of them, on [−1, 1]."""
+    nodes = _lobatto(degree)
+    columns = []
+    for coefficients_of_value in _interpolation_matrix(degree).T:
+        integral = np.polynomial.chebyshev.chebint(coefficients_of_value, lbnd=-1.0)
+        columns.append(np.polynomial.chebyshev.chebval(nodes, integral))
+    return np.stack(columns, axis=1)
+
+
 NODES: Final = 0.5 * (_lobatto(DEGREE) + 1.0)
 """Interpolation points in a cell, 0 … 1, ends included."""
 
 _TO_COEFFICIENTS: Final = _interpolation_matrix(DEGREE)
 _DERIVE: Final = _derivative_matrix(DEGREE)
+_INTEGRATE: Final = _integration_matrix(DEGREE)
 
 
 def coefficients(values: Floats) -> Floats:
@@ -63,6 +75,12 @@ def coefficients(values: Floats) -> Floats:
     curved = result[:, 2:]
     curved[np.abs(curved) < _ROUNDING] = 0.0
     return result
+
+
+def integrals(rates: Floats, widths: Floats) -> Floats:
+    """Integrals (C, D+1, m) from each cell's start up to its `NODES`, of functions given there."""
+    result: Floats = np.einsum("kn,cnm->ckm", _INTEGRATE, rates, optimize=False)
+    return result * (0.5 * widths)[:, None, None]
 
 
 def residual(coeffs: Floats) -> Floats:
@@ -78,7 +96,7 @@ class Cells:
         self._axes = axes
         self._starts = np.empty(0)
         self._widths = np.empty(0)
-        self._orders = [np.empty((DEGREE + 1, 0, axes)) for _ in range(4)]
+        self._orders = [np.empty((0, DEGREE + 1, axes)) for _ in range(4)]
         self._fresh: list[tuple[Floats, Floats, Floats]] = []
 
     def append(self, starts: Floats, widths: Floats, coeffs: Floats) -> None:
@@ -91,14 +109,21 @@ class Cells:
         keep = max(0, int(np.searchsorted(self._starts, s, side="right")) - 1)
         if keep:
             self._starts, self._widths = self._starts[keep:], self._widths[keep:]
-            self._orders = [np.ascontiguousarray(c[:, keep:]) for c in self._orders]
+            self._orders = [c[keep:].copy() for c in self._orders]
 
     def evaluate(self, s: Floats, orders: tuple[int, ...] = (0,)) -> list[Floats]:
-        """Derivatives of the asked orders (0 … 3) at s (N,), each (N, m); Clenshaw's recurrence."""
+        """Derivatives of the asked orders (0 … 3) at s (N,), each (N, m)."""
         self._settle()
         cell = np.clip(np.searchsorted(self._starts, s, side="right") - 1, 0, len(self._starts) - 1)
-        x = np.clip(2.0 * (s - self._starts[cell]) / self._widths[cell] - 1.0, -1.0, 1.0)[:, None]
-        return [_clenshaw(self._orders[k], cell, x) for k in orders]
+        x = np.clip(2.0 * (s - self._starts[cell]) / self._widths[cell] - 1.0, -1.0, 1.0)
+        basis = _polynomials(x)
+        runs = np.concatenate(([0], np.flatnonzero(np.diff(cell)) + 1, [len(s)]))
+        results = [np.empty((len(s), self._axes)) for _ in orders]
+        for first, last in itertools.pairwise(runs.tolist()):
+            number = cell[first]
+            for k, result in zip(orders, results, strict=True):
+                np.matmul(basis[first:last], self._orders[k][number], out=result[first:last])
+        return results
 
     def _settle(self) -> None:
         """Take appended cells over in one go: growing arrays piece by piece would cost n²."""
@@ -108,18 +133,15 @@ class Cells:
         self._fresh = []
         self._starts = np.concatenate((self._starts, starts))
         self._widths = np.concatenate((self._widths, widths))
-        order = coeffs.transpose(1, 0, 2)
-        scale = (2.0 / widths)[None, :, None]
         for k in range(4):
-            self._orders[k] = np.concatenate((self._orders[k], order), axis=1)
-            order = np.tensordot(_DERIVE, order, axes=(1, 0)) * scale
+            self._orders[k] = np.concatenate((self._orders[k], coeffs))
+            coeffs = np.einsum("kn,cnm->ckm", _DERIVE, coeffs, optimize=False) * (2.0 / widths)[:, None, None]
 
 
-def _clenshaw(coeffs: Floats, cell: Ints, x: Floats) -> Floats:
+def _polynomials(x: Floats) -> Floats:
+    """Chebyshev polynomials T₀ … T_D at x (N,): (N, D+1), by their recurrence."""
+    columns = [np.ones_like(x), x]
     twice = 2.0 * x
-    upper = coeffs[DEGREE][cell]
-    lower = np.zeros_like(upper)
-    for k in range(DEGREE - 1, 0, -1):
-        upper, lower = coeffs[k][cell] + twice * upper - lower, upper
-    result: Floats = coeffs[0][cell] + x * upper - lower
-    return result
+    for _ in range(DEGREE - 1):
+        columns.append(twice * columns[-1] - columns[-2])
+    return np.stack(columns, axis=1)

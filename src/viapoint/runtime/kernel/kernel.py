@@ -456,7 +456,7 @@ class Kernel:
             command=motion.kind.value,
             length_mm=(length - self._block_length) / MM,
             s0_mm=self._block_length / MM,
-            limited_by=self.mover.limited_by(self._block_s, place),
+            limited_by=self.mover.limited_by(self._block_tick, self.tick),
         )
         if tag % _FORGET_EVERY == 0:
             self.planner.route.forget(self._block_s, tag)

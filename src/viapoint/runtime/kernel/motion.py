@@ -153,13 +153,12 @@ class Mover:
             s[-1] = law.s_end
         return Rows(s, self._route.axes.everything(s), arrived)
 
-    def limited_by(self, s_from: float, s_to: float) -> str:
-        """What held the speed back for most of the time between two places of the present law."""
+    def limited_by(self, first_tick: int, last_tick: int) -> str:
+        """What held the speed back for most of the time between two ticks of the present law."""
         law = self.law
-        if law is None or s_to <= s_from:
+        if law is None or last_tick <= first_tick:
             return ""
-        first, last = law.time_of(np.array([s_from, s_to]))
-        times = np.linspace(first, last, _REPORT_SAMPLES)
+        times = np.linspace(self._clock.time(first_tick), self._clock.time(last_tick), _REPORT_SAMPLES)
         codes, counts = np.unique(law.limited_by(law.at(times)[0]), return_counts=True)
         return self._name(int(codes[np.argmax(counts)]))
 

@@ -10,13 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum, unique
-from functools import cached_property
 from typing import Final, NamedTuple, Protocol, assert_never
 
 import numpy as np
-from numpy.polynomial import Chebyshev
 
-from viapoint.runtime.kernel.chebyshev import NODES
+from viapoint.runtime.kernel.chebyshev import NODES, integrals
 from viapoint.runtime.kernel.failure import PlanningError
 from viapoint.runtime.path import Piece, Poses, Space
 from viapoint.runtime.records import Floats
@@ -26,9 +24,6 @@ from viapoint.runtime.rotations import quaternion_to_matrix
 _NUDGE: Final = 1e-5
 """m (or rad) beside a singular pose where its free joint is read: far enough for the joint to be well
 determined, near enough for linear extrapolation from two such places to be exact to 1e-10 rad."""
-
-_RAMP_DEGREE: Final = 40
-"""Degree at which the length along a round edge is represented for ramping path limits in or out."""
 
 
 @unique
@@ -83,36 +78,27 @@ class Stretch(FlangePath):
     line: int
     limits: PathLimits
 
-    def lengths(self, w: Floats) -> Floats:
-        """(N, 4): limited TCP length and angle, travelled TCP length and angle, from the piece's start."""
-        travelled = np.stack((self.curve.arc_length(w), self.curve.angle_length(w)), axis=1)
+    def rates(self, w: Floats) -> Floats:
+        """(N, 4): limited TCP length and angle, travelled TCP length and angle, per parameter at w (N,)."""
+        travelled = np.stack(self.curve.rates(w), axis=1)
         match self.limits:
             case PathLimits.APPLY:
                 limited = travelled
             case PathLimits.FREE:
                 limited = np.zeros_like(travelled)
-            case PathLimits.RAMP_IN | PathLimits.RAMP_OUT:
-                limited = np.stack([f(w) for f in self._ramped], axis=1)
+            case PathLimits.RAMP_IN:
+                limited = travelled * _smooth_step(w / self.length)[:, None]
+            case PathLimits.RAMP_OUT:
+                limited = travelled * _smooth_step(1.0 - w / self.length)[:, None]
             case _:
                 assert_never(self.limits)
         return np.concatenate((limited, travelled), axis=1)
 
-    @cached_property
-    def _ramped(self) -> tuple[Chebyshev, Chebyshev]:
-        """Lengths whose rates rise from zero (fall to zero) with continuous second derivative."""
-        domain = [0.0, self.curve.length]
-        u = Chebyshev([0.5, 0.5], domain=domain)
-        rise = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
-        weight = rise if self.limits is PathLimits.RAMP_IN else 1.0 - rise
 
-        def ramp(length: Chebyshev) -> Chebyshev:
-            return (length.deriv() * weight).integ(lbnd=0.0)
-
-        first, second = (
-            ramp(Chebyshev.interpolate(f, _RAMP_DEGREE, domain=domain))
-            for f in (self.curve.arc_length, self.curve.angle_length)
-        )
-        return first, second
+def _smooth_step(u: Floats) -> Floats:
+    """0 … 1 over u = 0 … 1, with first and second derivative zero at both ends."""
+    result: Floats = u * u * u * (10.0 + u * (6.0 * u - 15.0))
+    return result
 
 
 class Cell(NamedTuple):
@@ -137,20 +123,22 @@ def sample(
 ) -> Floats:
     """Values (C, D+1, n+4) of joints and lengths at the nodes of cells, given in the order of stretches.
 
-    Joints are continuous within each cell; cells are chained by the caller. Raises PlanningError where
+    Joints are continuous within each cell and lengths count from its start; cells are chained by the
+    caller. Raises PlanningError where
     a pose is out of reach.
     """
     places = [_Places(stretches[k], group) for k, group in _grouped(cells)]
     posed = [p for p in places if p.stretch.curve.space is Space.POSE]
     joints = iter(_joints_on_path(robot, posed, configuration, reference) if posed else ())
-    blocks = []
-    for p in places:
-        q = next(joints) if p.stretch.curve.space is Space.POSE else p.stretch.curve.joints(p.w)
-        blocks.append(np.concatenate((q, p.stretch.lengths(p.w)), axis=1))
-    values = np.concatenate(blocks).reshape(len(cells), len(NODES), -1)
+    shape = (len(cells), len(NODES), -1)
+    q = np.concatenate(
+        [next(joints) if p.stretch.curve.space is Space.POSE else p.stretch.curve.joints(p.w) for p in places]
+    ).reshape(shape)
     turning = np.flatnonzero(~robot.prismatic)
-    values[:, :, turning] = np.unwrap(values[:, :, turning], axis=1)
-    return values
+    q[:, :, turning] = np.unwrap(q[:, :, turning], axis=1)
+    rates = np.concatenate([p.stretch.rates(p.w) for p in places]).reshape(shape)
+    lengths = integrals(rates, np.array([cell.width for cell in cells]))
+    return np.concatenate((q, lengths), axis=2)
 
 
 def _grouped(cells: Sequence[Cell]) -> list[tuple[int, list[Cell]]]:

@@ -75,7 +75,7 @@ class Chain:
     def push(self, move: Move) -> None:
         """Append a motion. May finish pieces of the motions before it.
 
-        Raises GeometryError E301 where a circle has no geometry; the chain is then unchanged.
+        Raises GeometryError E306 where a circle has no geometry; the chain is then unchanged.
         """
         _require_finite(move)
         self._require_joined(move)

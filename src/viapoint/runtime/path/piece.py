@@ -51,6 +51,10 @@ class Piece:
             raise ValueError("tangents of a piece that is defined by joints")
         return self.segment.curve.velocities(self.begin + w)
 
+    def rates(self, w: Floats) -> tuple[Floats, Floats]:
+        """dσ/dw and dθ/dw at w (N,), (N,) each: TCP speed and angular speed per parameter."""
+        return self.segment.rates(self.begin + w)
+
     def arc_length(self, w: Floats) -> Floats:
         """σ: (N,) → TCP arc length (N,) m from the start of the piece; exact, or to 1e-6 of the segment's."""
         arc = self.segment.arc

@@ -67,6 +67,16 @@ class PoseSegment:
         """Pose and derivatives at one w."""
         return Jet(*self.curve.derivatives(w), *self.turn.derivatives(w))
 
+    def rates(self, w: Floats) -> tuple[Floats, Floats]:
+        """|dp/dw| and |ω| at w (N,), (N,) each."""
+        linear = np.linalg.norm(self.curve.velocities(w), axis=1)
+        match self.turn:
+            case UniformTurn(rate=rate):
+                angular = np.full(len(w), float(np.linalg.norm(rate)))
+            case KeyedTurn():
+                angular = np.linalg.norm(self.turn.rates(w)[0], axis=1)
+        return linear, angular
+
     @cached_property
     def arc(self) -> Travel:
         """TCP arc length (m) by w."""
@@ -127,6 +137,10 @@ class JointSegment:
             _FIRST @ turns / STENCIL_STEP,
             _SECOND @ turns / STENCIL_STEP**2,
         )
+
+    def rates(self, w: Floats) -> tuple[Floats, Floats]:
+        """|dp/dw| and |ω| of the TCP at w (N,), (N,) each."""
+        return self.arc.rates(w), self.angle.rates(w)
 
     @cached_property
     def arc(self) -> Travel:

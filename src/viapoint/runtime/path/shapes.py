@@ -56,7 +56,7 @@ def circle(move: Move) -> PoseSegment:
     Orientation goes through the key orientations. With H they repeat every turn (start, Q, target, start),
     backwards for a negative H; so a full turn ends in the orientation it started with.
 
-    Raises GeometryError E301 where the three points define no circle.
+    Raises GeometryError E306 where the three points define no circle.
     """
     arc, at_via, at_target = _arc(move)
     return PoseSegment(arc, _circle_turn(move, arc, at_via, at_target))
@@ -71,7 +71,7 @@ def _arc(move: Move) -> tuple[Arc, float, float]:
     normal = cross(to_via, to_target)
     area = float(np.linalg.norm(normal))
     if area < LOWEST_TRIANGLE * max(float(np.linalg.norm(v)) for v in (to_via, to_target, p2 - p1)):
-        raise GeometryError("E301", "start, Q and target of the circle lie on one line or coincide")
+        raise GeometryError("E306", "start, Q and target of the circle lie on one line or coincide")
     normal = normal / area
     # The centre from the two chords; the same point as F 5-22 with fewer products of large coordinates.
     offset = cross((to_via @ to_via) * to_target - (to_target @ to_target) * to_via, normal) / (2.0 * area)
@@ -136,7 +136,7 @@ def shape_alone(move: Move) -> Segment | None:
 def end_pose(move: Move) -> Pose:
     """Where the motion really ends: its target, but for a circle with H.
 
-    Raises GeometryError E301 where a circle's three points define none.
+    Raises GeometryError E306 where a circle's three points define none.
     """
     if move.kind is not MoveKind.CIRCLE or move.angle is None:
         return move.target
