@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from viapoint.runtime.kernel import ExecutionError
 from viapoint.runtime.kernel.buffer import MotionBuffer
 from viapoint.runtime.kernel.planner import Corner, Planner
 from viapoint.vm import Machine, Program
@@ -19,9 +20,9 @@ if TYPE_CHECKING:
     from viapoint.runtime.kernel import MotionError
 
 NOTHING_NEW: Final = 1000
-"""Motions in a row between lines that have been seen before, after which a loop counts as known."""
+"""Motions and actions in a row that follow one another as before, after which a loop counts as known."""
 
-MOST_MOTIONS: Final = 100_000
+MOST_CALLS: Final = 100_000
 """The bound for programs that show something new all the time."""
 
 
@@ -52,7 +53,7 @@ class _Sink:
     def __init__(self, cell: Cell) -> None:
         self._buffer: MotionBuffer[None] = MotionBuffer(cell.lookahead)
         self.planner = Planner(cell, self._buffer, cell.home)
-        self.motions = 0
+        self.calls = 0
         self.joint_lines: set[int] = set()
         self.edges: dict[int, float | None] = {}
         self._last_line = 0
@@ -61,9 +62,7 @@ class _Sink:
 
     @property
     def done(self) -> bool:
-        return (
-            self.planner.failure is not None or self._since_news > NOTHING_NEW or self.motions > MOST_MOTIONS
-        )
+        return self.planner.failure is not None or self._since_news > NOTHING_NEW or self.calls > MOST_CALLS
 
     def submit(self, call: Call) -> bool:
         if self.done:
@@ -76,14 +75,17 @@ class _Sink:
             self.edges[call.line] = call.round_edge
             if call.kind in (MotionKind.JOINT, MotionKind.HOME):
                 self.joint_lines.add(call.line)
-            step = (self._last_line, call.line)
-            self._since_news = self._since_news + 1 if step in self._seen else 0
-            self._seen.add(step)
-            self._last_line = call.line
-            self.motions += 1
+        self._count(call.line)
         if isinstance(call, End):
             self.planner.close(call.line)
         return True
+
+    def _count(self, line: int) -> None:
+        step = (self._last_line, line)
+        self._since_news = 0 if step not in self._seen else self._since_news + 1
+        self._seen.add(step)
+        self._last_line = line
+        self.calls += 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +104,8 @@ def survey(program: Program, cell: Cell, answer: bool) -> Survey:
     machine = Machine(program, sink, world)
     while not sink.done:
         outcome = machine.run()
+        if isinstance(outcome, Failed):
+            sink.planner.abort(ExecutionError(outcome.code, outcome.message, outcome.line))
         if isinstance(outcome, (Ended, Failed)):
             break
         world.awaited = outcome.index if isinstance(outcome, AwaitInput) else None

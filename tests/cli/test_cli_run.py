@@ -303,3 +303,10 @@ def test_interrupted_run_leaves_report_and_recording(number: int, tmp_path: Path
     assert recording.problem is None
     assert recording.result["status"] == "stopped"
     assert len(recording.trace) == report["ticks"] + 1
+
+
+@pytest.mark.parametrize(("file", "code", "line"), [("poll.via", "E302", 8), ("spin.via", "E401", 2)])
+def test_check_ends_on_programs_that_do_not(file: str, code: str, line: int, cli) -> None:
+    outcome = cli("check", file, "--cell", "cell.toml", "--format", "json")
+    errors = [d for d in json.loads(outcome.out)["diagnostics"] if d["severity"] == "error"]
+    assert [(d["code"], d["line"]) for d in errors] == [(code, line)]

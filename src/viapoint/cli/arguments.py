@@ -240,9 +240,17 @@ class _Parser(argparse.ArgumentParser):
         raise UsageError(message, self.format_usage().rstrip())
 
 
-def _main_parser() -> _Parser:
-    from viapoint.cli.version import version
+class _ShowVersion(argparse.Action):
+    """Looks the version up when it is asked for: that takes as long as all the rest of `--help`."""
 
+    def __call__(self, parser: argparse.ArgumentParser, *rest: object) -> NoReturn:
+        from viapoint.cli.version import version
+
+        print(f"viapoint {version()}")
+        parser.exit()
+
+
+def _main_parser() -> _Parser:
     parser = _Parser(
         prog="viapoint",
         description="Robot programs: check, compile, run, look at what they did.",
@@ -250,7 +258,7 @@ def _main_parser() -> _Parser:
         allow_abbrev=False,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=f"viapoint {version()}")
+    parser.add_argument("--version", action=_ShowVersion, nargs=0, help="show the version and exit")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
     for command in COMMANDS:
         sub = commands.add_parser(
