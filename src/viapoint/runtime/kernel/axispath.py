@@ -102,7 +102,7 @@ class AxisPath:
 
     def values(self, s: Floats) -> Floats:
         """Limited axes (N, n + 2) at s (N,)."""
-        return self._cells.evaluate(s)[0][:, : self.n + 2]
+        return self.everything(s)[:, : self.n + 2]
 
     def derivatives(self, s: Floats) -> tuple[Floats, Floats, Floats]:
         """First, second and third derivatives of the limited axes, each (N, n + 2)."""
@@ -111,6 +111,8 @@ class AxisPath:
 
     def everything(self, s: Floats) -> Floats:
         """All columns (N, n + 4) at s (N,): what the generator sends and reports."""
+        if self.length == 0.0:  # no path yet: the robot stands
+            return np.tile(self._last, (len(s), 1))
         return self._cells.evaluate(s)[0]
 
     def rates(self, s: Floats) -> Floats:

@@ -97,6 +97,7 @@ class Planner:
             case Motion() as motion:
                 self._motion(motion, entry.number)
             case SelectTool(line=line, tool=tool):
+                self._resolver.tool(tool, line)
                 if tool != self._tool:
                     self.close(line)
                     self._tool = tool

@@ -62,7 +62,7 @@ class Resolver:
 
     def resolve(self, motion: Motion, tag: int) -> Resolved:
         """The move of `motion`, which starts where the last one ended. Raises PlanningError."""
-        X_flange_tool = self._tool(motion)
+        X_flange_tool = self.tool(motion.tool, motion.line)
         try:
             if _KINDS[motion.kind] is MoveKind.JOINT:
                 resolved = self._joint_move(motion, tag, X_flange_tool)
@@ -72,6 +72,13 @@ class Resolver:
             raise PlanningError(error.code, error.message, motion.line) from None
         self.stand = resolved.end
         return resolved
+
+    def tool(self, index: int, line: int) -> Floats:
+        """X_flange_tool (4, 4) of a tool of the cell. Raises PlanningError."""
+        tool = self.cell.tools.get(index)
+        if tool is None:
+            raise PlanningError("E313", f"tool T{index} is not defined in the cell", line)
+        return tool.X_flange_tool
 
     def _joint_move(self, motion: Motion, tag: int, X_flange_tool: Floats) -> Resolved:
         q_target = self._joint_target(motion, X_flange_tool)
@@ -97,10 +104,10 @@ class Resolver:
         elif (taught := self._taught_joints(target, motion)) is not None:
             q = taught
         elif target.point is None and not target.coordinates:
-            q = self._with_joints(self.stand.q, target)
+            q = self._with_joints(self.stand.q, motion)
         else:
             X = self._target_pose(target, motion, X_flange_tool) @ invert_pose(X_flange_tool)
-            return motion_target(self.robot, X, self.stand.q, self._references(target), motion.line)
+            return motion_target(self.robot, X, self.stand.q, self._references(motion), motion.line)
         self._check_range(q, motion)
         return q
 
@@ -165,13 +172,17 @@ class Resolver:
             )
         return point.joints
 
-    def _references(self, target: Target) -> Floats:
+    def _references(self, motion: Motion) -> Floats:
         """Joint references (n,), NaN where none is programmed."""
-        return self._with_joints(np.full(self.robot.joint_count, np.nan), target)
+        return self._with_joints(np.full(self.robot.joint_count, np.nan), motion)
 
-    def _with_joints(self, q: Floats, target: Target) -> Floats:
-        result = q.copy()
-        for number, value in target.joints:
+    def _with_joints(self, q: Floats, motion: Motion) -> Floats:
+        result, count = q.copy(), self.robot.joint_count
+        for number, value in motion.target.joints:
+            if number > count:
+                raise PlanningError(
+                    "E315", f"the robot has no joint J{number}: its last is J{count}", motion.line
+                )
             result[number - 1] = value * (MM if self.robot.prismatic[number - 1] else DEG)
         return result
 
@@ -180,12 +191,6 @@ class Resolver:
         if frame is None:
             raise PlanningError("E312", f"frame Z{motion.frame} is not defined in the cell", motion.line)
         return frame.X_base_frame
-
-    def _tool(self, motion: Motion) -> Floats:
-        tool = self.cell.tools.get(motion.tool)
-        if tool is None:
-            raise PlanningError("E313", f"tool T{motion.tool} is not defined in the cell", motion.line)
-        return tool.X_flange_tool
 
     def _check_range(self, q: Floats, motion: Motion) -> None:
         inside = self.robot.limits.contain(q)
