@@ -167,9 +167,9 @@ def test_orientation_without_q_is_slerp() -> None:
 )
 def test_no_circle(via: tuple[float, ...], target: tuple[float, ...]) -> None:
     for angle in (None, 2 * np.pi):
-        with pytest.raises(GeometryError, match="E301") as caught:
+        with pytest.raises(GeometryError, match="E306") as caught:
             run(circle(1, pose(0, 0, 0), position_only(*via), pose(*target), angle))
-        assert caught.value.code == "E301"
+        assert caught.value.code == "E306"
 
 
 def test_joint_move_is_straight_in_the_joints() -> None:
