@@ -362,8 +362,8 @@ def ratios(double[:, ::1] q, limits, double tick):
     """As `ticks.ratios`: largest ratios over the axes (speed, acceleration, jerk), as arrays."""
     cdef int n = q.shape[0], m = q.shape[1], i, j
     cdef double[::1] speed = np.zeros(max(n - 1, 0)), accel = np.zeros(max(n - 2, 0)), jerk = np.zeros(max(n - 3, 0))
-    cdef double[::1] by_v = 1.0 / (limits.speed * tick), by_j = 1.0 / (limits.jerk * tick**3)
-    cdef double[::1] by_a = 1.0 / (limits.acceleration * tick**2), by_d = 1.0 / (limits.braking * tick**2)
+    cdef double[::1] by_v = 1.0 / (limits.speed * tick), by_j = 1.0 / (limits.jerk * (tick * tick * tick))
+    cdef double[::1] by_a = 1.0 / (limits.acceleration * (tick * tick)), by_d = 1.0 / (limits.braking * (tick * tick))
     cdef double d1, d1a, d1b, d2, d2a, scale
     for i in range(n - 1):
         for j in range(m):

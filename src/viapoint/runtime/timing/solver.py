@@ -7,7 +7,7 @@ from its slacks and multipliers after the rows have been changed a little.
 
 With slack s, multiplier z, residual r and δ = ds/s, the predictor has dz/z = −(1 + δ): one division
 per row serves step lengths, complementarity and the corrector (Nocedal & Wright, Numerical
-Optimization, 14.2 and 19.3).
+Optimization, 14.2 and 19.3). Every sum is taken in the order of the core: both give the same bits.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from viapoint.runtime.records import Floats
 from viapoint.runtime.timing.rows import Problem
@@ -62,7 +61,12 @@ class State:
 
 def duration(weight: Floats, c: Floats) -> float:
     """The objective, s: Σ weight/√c."""
-    return float((weight / np.sqrt(c)).sum())
+    return _in_order(weight / np.sqrt(c))
+
+
+def _in_order(x: Floats) -> float:
+    """Σx, one after the other."""
+    return float(np.add.accumulate(x)[-1])
 
 
 def fresh(p: Problem, c: Floats) -> State:
@@ -172,8 +176,17 @@ class _Work:
         self.j.measure(self._jerk_room())
         self.x.measure(1.0 - self.c * p.inverse_max)
         self.bend = -0.5 * self.state.scale / (self.c * np.sqrt(self.c))
-        self.gap = sum(float(side.g.sum()) for side in self.sides)
+        self.gap = self._total([side.g for side in self.sides])
         self.violation = -min(float(side.r.min(initial=0.0)) for side in self.sides)
+
+    def _total(self, products: list[Floats]) -> float:
+        """Σ over all rows: upper and lower side, then down the rows, then along the path."""
+        a, j, x = products
+        total = (a[0] + a[1]).sum(axis=0)
+        for row in j[0] + j[1]:
+            total[:-1] += row
+        total[:-1] += x
+        return _in_order(total)
 
     def converged(self, tolerance: float) -> bool:
         """True if gap and violation are small."""
@@ -181,9 +194,10 @@ class _Work:
 
     def step(self) -> bool:
         """One predictor–corrector step; False if the factorisation fails (c stays as it is)."""
-        self.factor, info = dpbtrf(self._hessian(), lower=1, overwrite_ab=1)
-        if info:
+        factors = _factor(*(row.tolist() for row in self._hessian()))
+        if factors is None:
             return False
+        self.factors = factors
         for side, change in zip(self.sides, self._changes(self._newton()), strict=True):
             side.predict(change)
         mu, product = self._centring()
@@ -206,19 +220,19 @@ class _Work:
         p, (jm, j0, jp) = self.p, self.jerk
         fa = self.a.force[0] - self.a.force[1]
         fj = self.j.force[0] - self.j.force[1]
-        r = -0.5 * p.weight / (self.c * np.sqrt(self.c)) + self.x.force * p.inverse_max
+        r = -0.5 * p.weight / (self.c * np.sqrt(self.c))
         r += (fa * p.hi).sum(axis=0)[:-1] + (fa * p.lo).sum(axis=0)[1:]
-        r += (fj * j0).sum(axis=0) - self.bend * self.j.force.sum(axis=(0, 1))
+        r += (fj * j0 - self.bend * (self.j.force[0] + self.j.force[1])).sum(axis=0)
         r[1:] += (fj * jp).sum(axis=0)[:-1]
         r[:-1] += (fj * jm).sum(axis=0)[1:]
+        r = -(r + self.x.force * p.inverse_max)
         r[: p.fixed] = 0.0
-        dc: Floats = dpbtrs(self.factor, -r, lower=1)[0]
-        return dc
+        return np.array(_substitute(*self.factors, r.tolist()))
 
     def _hessian(self) -> Floats:
         """Lower band (3, n) of ∇²f + Aᵀ(z/s)A over all rows; the given coefficients are cut out."""
         p, c, k = self.p, self.c, self.p.fixed
-        h = np.zeros((3, len(c)), order="F")
+        h = np.zeros((3, len(c)))
         w = self.a.w[0] + self.a.w[1]
         high = w * p.hi
         h[0] = 0.75 * p.weight / (c * c * np.sqrt(c)) + self.x.w * p.inverse_max**2
@@ -245,8 +259,8 @@ class _Work:
         low = min(float(side.delta.min(initial=0.0)) for side in self.sides)
         high = max(float(side.delta.max(initial=-1.0)) for side in self.sides)
         primal, dual = _step(-low, 1.0), _step(1.0 + high, 1.0)
-        first = sum(float((side.g * side.delta).sum()) for side in self.sides)
-        second = sum(float((side.g * side.delta * side.delta).sum()) for side in self.sides)
+        first = self._total([side.g * side.delta for side in self.sides])
+        second = self._total([side.g * side.delta * side.delta for side in self.sides])
         after = self.gap + primal * first - dual * (self.gap + first) - primal * dual * (first + second)
         share = min(1.0, max(after / self.gap, LEAST_CENTRING))
         return share * share * self.gap / self.count, primal * dual
@@ -268,3 +282,37 @@ class _Work:
 def _step(shrink: float, share: float) -> float:
     """Step length: `share` of the way to where something shrinking at this rate reaches zero, at most 1."""
     return min(1.0, share / max(shrink, LEAST_SHRINK))
+
+
+def _factor(
+    a: list[float], b: list[float], e: list[float]
+) -> tuple[list[float], list[float], list[float]] | None:
+    """L D Lᵀ of the pentadiagonal matrix with diagonal a and subdiagonals b, e; None if not positive."""
+    d1 = d2 = b1 = e1 = e2 = 0.0  # of the row before, and the one before that
+    for i, own in enumerate(a):
+        d = own - b1 * b1 * d1
+        d = d - e2 * e2 * d2
+        if not d > 0.0:
+            return None
+        below = b[i] - e1 * b1 * d1
+        inverse = 1.0 / d
+        a[i], b[i], e[i] = d, below * inverse, e[i] * inverse
+        d2, d1, b1, e2, e1 = d1, d, b[i], e1, e[i]
+    return a, b, e
+
+
+def _substitute(a: list[float], b: list[float], e: list[float], r: list[float]) -> list[float]:
+    """Solve L D Lᵀ x = r with the factors of `_factor`; r becomes x."""
+    r1 = r2 = b1 = e1 = e2 = 0.0
+    for i, right in enumerate(r):
+        x = right - b1 * r1
+        x = x - e2 * r2
+        r[i] = x
+        r2, r1, b1, e2, e1 = r1, x, b[i], e1, e[i]
+    r1 = r2 = 0.0
+    for i in range(len(r) - 1, -1, -1):
+        x = r[i] / a[i] - b[i] * r1
+        x = x - e[i] * r2
+        r[i] = x
+        r2, r1 = r1, x
+    return r

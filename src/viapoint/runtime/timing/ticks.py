@@ -50,8 +50,8 @@ def ratios(q: Floats, limits: AxisLimits, tick: float) -> tuple[Floats, Floats, 
     d2 = np.diff(d1, axis=0)
     d3 = np.diff(d2, axis=0)
     speed = np.abs(d1) * (1.0 / (limits.speed * tick))
-    up, down = 1.0 / (limits.acceleration * tick**2), 1.0 / (limits.braking * tick**2)
-    jerk = np.abs(d3) * (1.0 / (limits.jerk * tick**3))
+    up, down = 1.0 / (limits.acceleration * (tick * tick)), 1.0 / (limits.braking * (tick * tick))
+    jerk = np.abs(d3) * (1.0 / (limits.jerk * (tick * tick * tick)))
     acceleration = np.abs(d2) * _scale(d1, up, down)
     return (
         speed.max(axis=1, initial=0.0),
