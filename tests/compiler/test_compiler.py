@@ -60,6 +60,12 @@ def test_spans_point_at_the_word_that_is_wrong() -> None:
         ("E224", "DI77"),
         ("E220", "Q9"),
     ]
+    text = "SUB\tNOWHERE 3 // x\nIF DI1\nB: ML P1 F1\nENDIF\n  GOTO   B   // y\n"
+    diagnostics = compile_source(Source("a.via", text)).diagnostics
+    assert [(each.code, text[slice(*each.span)]) for each in diagnostics if each.span] == [
+        ("E201", "NOWHERE"),
+        ("E204", "B"),
+    ]
 
 
 def test_decision_report() -> None:

@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 from viapoint.language.diagnostics import Diagnostic, Label
 from viapoint.language.source import Source, Span
+from viapoint.language.tree import Goto, Sub
 
 LISTED = 8
 """How many of the defined indices a hint names."""
@@ -17,6 +18,13 @@ class Findings:
     def __init__(self, source: Source) -> None:
         self._source = source
         self.diagnostics: list[Diagnostic] = []
+
+    def label_span(self, statement: Goto | Sub) -> Span:
+        """The label that a GOTO or SUB names."""
+        text = self._source.text[statement.start : statement.end]
+        behind_word = text.split(None, 1)[1]
+        start = statement.end - len(behind_word)
+        return Span(start, start + len(statement.label))
 
     def add(
         self, code: str, span: Span, message: str, hint: str | None = None, *labels: tuple[Span, str]

@@ -94,7 +94,7 @@ class Labels:
         names = (each.statement.name for each in self.defined.values())
         self._findings.add(
             "E201",
-            statement_span(statement),
+            self._findings.label_span(statement),
             f"unknown label `{statement.label}`",
             did_you_mean(statement.label, names) or f"declare it with `{statement.label}:` on a line",
         )
@@ -104,7 +104,7 @@ class Labels:
         if not self._blocks.contains(definition.block, reference.block):
             self._findings.add(
                 "E204",
-                statement_span(statement),
+                self._findings.label_span(statement),
                 f"label `{definition.statement.name}` stands inside an IF block that this line is not in",
                 "put the label in front of the IF or behind its ENDIF",
                 (statement_span(definition.statement), "the label is here"),
@@ -116,7 +116,7 @@ class Labels:
         ):
             self._findings.add(
                 "E203",
-                statement_span(statement),
+                self._findings.label_span(statement),
                 f"a GOTO with a count goes back, but label `{definition.statement.name}` stands below",
                 "leave the count out, or put the label in front of the lines to repeat",
                 (statement_span(definition.statement), "the label is here"),

@@ -36,10 +36,15 @@ def _array_bytes(values: array[int] | array[float]) -> bytes:
     return swapped.tobytes()
 
 
+def _utf8(text: str) -> bytes:
+    """UTF-8; a lone surrogate (from a file name that is not UTF-8) becomes a question mark."""
+    return text.encode("utf-8", "replace")
+
+
 def _strings_bytes(strings: Sequence[str]) -> bytes:
     parts = [_WORD.pack(len(strings))]
     for text in strings:
-        encoded = text.encode("utf-8")
+        encoded = _utf8(text)
         parts += [_WORD.pack(len(encoded)), encoded]
     return b"".join(parts)
 
@@ -57,7 +62,7 @@ def _spans_bytes(spans: SpanMap) -> bytes:
 def save(program: Program) -> bytes:
     """The bytes of the program file; the same program gives the same bytes."""
     sections = [
-        (b"NAME", program.name.encode("utf-8")),
+        (b"NAME", _utf8(program.name)),
         (b"HASH", program.source_hash),
         (b"TEXT", _strings_bytes(program.texts)),
         (b"SHPE", _strings_bytes(program.shapes)),
@@ -67,7 +72,7 @@ def save(program: Program) -> bytes:
         (b"SPAN", _spans_bytes(program.spans)),
     ]
     if program.source_text is not None:
-        sections.append((_SOURCE_TAG, program.source_text.encode("utf-8")))
+        sections.append((_SOURCE_TAG, _utf8(program.source_text)))
     return pack_sections(sections)
 
 

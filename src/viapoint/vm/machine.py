@@ -45,6 +45,10 @@ WORK_LIMIT = 100_000
 """Instructions allowed without motion or waiting, beyond once through the whole program: some 20 ms."""
 
 
+KEPT_STEPS = 20_000
+"""Prepared instructions kept for the next pass: any loop's worth, some 10 MB; then they start afresh."""
+
+
 class ActiveCall(NamedTuple):
     """One level of the call stack as shown to the user."""
 
@@ -164,6 +168,8 @@ class Machine:
         words = self._words(decoded) if decoded.instruction in MOTIONS else None
         handler = HANDLERS[decoded.instruction]
         step = _Step(handler, decoded.operands, decoded.following, address, line, words)
+        if len(self._steps) >= KEPT_STEPS:
+            self._steps.clear()
         self._steps[address] = step
         return step
 

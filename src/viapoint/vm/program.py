@@ -73,8 +73,8 @@ class Program:
         return self.spans.line_at(address)
 
     def source_lines(self) -> list[str]:
-        """The lines of the embedded source; empty without it."""
-        return [] if self.source_text is None else self.source_text.splitlines()
+        """The lines of the embedded source, as the parser counts them; empty without it."""
+        return [] if self.source_text is None else self.source_text.replace("\r\n", "\n").split("\n")
 
 
 def hash_source(text: str) -> bytes:

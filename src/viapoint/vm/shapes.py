@@ -8,11 +8,11 @@ repeats it.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Final
+from typing import Final, TypeVar
 
 from viapoint.language.commands import COORDINATES, MAX_AXIS, MOTION_BY_WORD, Form, MotionCommand, Parameter
 from viapoint.vm.instructions import MOTIONS, Instruction
@@ -43,10 +43,20 @@ class ShapeError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A list of parameters: their keys in order, and for each its row in the table of the motion."""
+    """A list of parameters: their keys in order, and for each its row in the table of the motion.
+
+    `places` says where in the values a parameter stands; `coordinates`, `via`, `joints` and `auxiliary`
+    are lists of an axis and its place, in the order of the axes.
+    """
 
     keys: tuple[str, ...]
     parameters: tuple[Parameter, ...]
+    places: Mapping[str, int]
+    coordinates: tuple[tuple[str, int], ...]
+    via: tuple[tuple[str, int], ...]
+    joints: tuple[tuple[int, int], ...]
+    auxiliary: tuple[tuple[int, int], ...]
+    speed: tuple[SpeedKind, int] | None
 
 
 @lru_cache(maxsize=1024)
@@ -64,7 +74,27 @@ def parse_shape(instruction: Instruction, text: str) -> Shape:
     for need in command.needs:
         if not present & set(need.any_of) and not (need.all_of and present.issuperset(need.all_of)):
             raise ShapeError(f"{command.word} is given no {need.name}")
-    return Shape(keys, rows)
+    places = {key: place for place, key in enumerate(keys)}
+    return Shape(
+        keys,
+        rows,
+        places,
+        _coordinates(places, ""),
+        _coordinates(places, "Q"),
+        _axes(places, "J"),
+        _axes(places, "E"),
+        next(((kind, places[key]) for key, kind in _SPEEDS.items() if key in places), None),
+    )
+
+
+def _coordinates(places: dict[str, int], prefix: str) -> tuple[tuple[str, int], ...]:
+    keys = ((key[:-1], prefix + key) for key in COORDINATES)
+    return tuple((axis, places[key]) for axis, key in keys if key in places)
+
+
+def _axes(places: dict[str, int], letter: str) -> tuple[tuple[int, int], ...]:
+    found = ((_AXIS.fullmatch(key), place) for key, place in places.items())
+    return tuple(sorted((int(axis[2]), place) for axis, place in found if axis and axis[1] == letter))
 
 
 def _parameter(command: MotionCommand, key: str) -> Parameter:
@@ -92,36 +122,40 @@ class MotionWords:
     round_edge: float | None
 
 
-def _index(words: dict[str, float], code: str) -> int | None:
-    value = words.get(code)
-    return None if value is None else int(value)
+_Axis = TypeVar("_Axis")
 
 
-def _coordinates(words: dict[str, float], prefix: str) -> tuple[tuple[str, float], ...]:
-    keys = ((key[:-1], prefix + key) for key in COORDINATES)
-    return tuple((axis, words[key]) for axis, key in keys if key in words)
+def _index(shape: Shape, values: Sequence[float], key: str) -> int | None:
+    place = shape.places.get(key)
+    return None if place is None else int(values[place])
 
 
-def _axes(words: dict[str, float], letter: str) -> tuple[tuple[int, float], ...]:
-    found = ((_AXIS.fullmatch(key), value) for key, value in words.items())
-    return tuple(sorted((int(axis[2]), value) for axis, value in found if axis and axis[1] == letter))
+def _number(shape: Shape, values: Sequence[float], key: str) -> float | None:
+    place = shape.places.get(key)
+    return None if place is None else values[place]
+
+
+def _pick(axes: tuple[tuple[_Axis, int], ...], values: Sequence[float]) -> tuple[tuple[_Axis, float], ...]:
+    return tuple([(axis, values[place]) for axis, place in axes])
 
 
 def motion_words(instruction: Instruction, shape: Shape, values: Sequence[float]) -> MotionWords:
     """Join a shape and its numbers."""
-    words = dict(zip(shape.keys, values, strict=True))
-    target = Target(_index(words, "P"), _coordinates(words, ""), _axes(words, "J"), _axes(words, "E"))
     via = None
     if instruction is Instruction.CIRCLE:
-        via = Target(_index(words, "Q"), _coordinates(words, "Q"))
-    speed = next((Speed(kind, words[key]) for key, kind in _SPEEDS.items() if key in words), None)
+        via = Target(_index(shape, values, "Q"), _pick(shape.via, values))
     return MotionWords(
         KINDS[instruction],
-        target,
+        Target(
+            _index(shape, values, "P"),
+            _pick(shape.coordinates, values),
+            _pick(shape.joints, values),
+            _pick(shape.auxiliary, values),
+        ),
         via,
-        speed,
-        _index(words, "Z") or 0,
-        _index(words, "T"),
-        words.get("H"),
-        words.get("R"),
+        None if shape.speed is None else Speed(shape.speed[0], values[shape.speed[1]]),
+        _index(shape, values, "Z") or 0,
+        _index(shape, values, "T"),
+        _number(shape, values, "H"),
+        _number(shape, values, "R"),
     )
