@@ -154,7 +154,9 @@ class Session:
         self._last_tick = None if max_time is None else round(max_time / cell.tick)
         self._world = SignalWorld(cell, scenario, cell.tick, dry_run=dry_run)
         self.kernel = Kernel(cell, self._world, self._hear, override=override, stepping=step, patient=patient)
-        self._machine = Machine(program.program, self.kernel, self.kernel, max_cycles=cycles)
+        self._machine = Machine(
+            program.program, self.kernel.dialogue, self.kernel.dialogue, max_cycles=cycles
+        )
         self._wall = 0.0
 
     def run(self) -> Iterator[Window]:

@@ -51,7 +51,7 @@ class _Sink:
     """MotionPort: plans each call at once and forgets it."""
 
     def __init__(self, cell: Cell) -> None:
-        self._buffer: MotionBuffer[None] = MotionBuffer(cell.lookahead)
+        self._buffer: MotionBuffer = MotionBuffer(cell.lookahead)
         self.planner = Planner(cell, self._buffer, cell.home)
         self.calls = 0
         self.joint_lines: set[int] = set()

@@ -1,7 +1,8 @@
 """The motion kernel: motion buffer, planner, clock, generator. Everything that has a state while running."""
 
+from viapoint.runtime.kernel.dialogue import Interpreter
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError, PlanningError
-from viapoint.runtime.kernel.kernel import Interpreter, Kernel, State
+from viapoint.runtime.kernel.kernel import Kernel, State
 from viapoint.runtime.kernel.peaks import ratios
 from viapoint.runtime.kernel.planner import Corner
 

@@ -6,28 +6,24 @@ free again when the generator has passed it (F ch. 9, main controller).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Generic, TypeVar
+from dataclasses import dataclass
 
 from viapoint.vm.ports import Call
 
-Plan = TypeVar("Plan")
 
-
-@dataclass(slots=True)
-class Entry(Generic[Plan]):
-    """One call in the buffer; `plan` is what the planner worked out for it."""
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One call in the buffer, numbered from the start of the run."""
 
     number: int
     call: Call
-    plan: Plan | None = field(default=None)
 
 
-class MotionBuffer(Generic[Plan]):
+class MotionBuffer:
     """`capacity` slots used round and round; the three indices count entries since the start of the run."""
 
     def __init__(self, capacity: int) -> None:
-        self._slots: list[Entry[Plan] | None] = [None] * capacity
+        self._slots: list[Entry | None] = [None] * capacity
         self.interpreter = 0
         self.planner = 0
         self.generator = 0
@@ -49,7 +45,7 @@ class MotionBuffer(Generic[Plan]):
         self.interpreter += 1
         return True
 
-    def to_plan(self) -> Entry[Plan] | None:
+    def to_plan(self) -> Entry | None:
         """Planner: the next entry to plan, if the interpreter has put one."""
         return self._get(self.planner) if self.planner < self.interpreter else None
 
@@ -57,17 +53,16 @@ class MotionBuffer(Generic[Plan]):
         """Planner: done with the entry of `to_plan`."""
         self.planner += 1
 
-    def to_execute(self, ahead: int = 0) -> Entry[Plan] | None:
-        """Generator: the entry `ahead` places after the one being executed, if it has been planned."""
-        number = self.generator + ahead
-        return self._get(number) if number < self.planner else None
+    def to_execute(self) -> Entry | None:
+        """Generator: the entry to be executed next, if it has been planned."""
+        return self._get(self.generator) if self.generator < self.planner else None
 
     def executed(self) -> None:
         """Generator: the path has passed the entry; its slot is free."""
         self._slots[self.generator % len(self._slots)] = None
         self.generator += 1
 
-    def _get(self, number: int) -> Entry[Plan]:
+    def _get(self, number: int) -> Entry:
         entry = self._slots[number % len(self._slots)]
         assert entry is not None, "indices of the motion buffer have crossed"
         return entry

@@ -33,9 +33,7 @@ class Corner:
 class Planner:
     """Owns the chain of geometry and the route; `failure` is set once, and planning ends with it."""
 
-    def __init__(
-        self, cell: Cell, buffer: MotionBuffer[None], q_start: Floats, *, stepping: bool = False
-    ) -> None:
+    def __init__(self, cell: Cell, buffer: MotionBuffer, q_start: Floats, *, stepping: bool = False) -> None:
         self.route = Route(cell.robot, q_start)
         self.failure: MotionError | None = None
         self.corners: list[Corner] = []
@@ -89,10 +87,11 @@ class Planner:
 
     def abort(self, error: MotionError) -> None:
         """The interpreter cannot go on: what is in the buffer is still run, then `error` stands."""
+        self.plan()
         if self.failure is None:
             self._fail(error)
 
-    def _plan(self, entry: Entry[None]) -> None:
+    def _plan(self, entry: Entry) -> None:
         match entry.call:
             case Motion() as motion:
                 self._motion(motion, entry.number)

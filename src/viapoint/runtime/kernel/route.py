@@ -97,6 +97,10 @@ class Route:
         """s where motion `tag` ends and actions after it stand; None while that is not decided."""
         return self._places.get(tag)
 
+    def travelled(self, s: float) -> float:
+        """TCP length from the start of the route to s, m."""
+        return float(self.axes.everything(np.array([s]))[0, -2])
+
     def next_stop(self, s: float) -> float | None:
         """The first exact stop beyond s, if it is known."""
         k = bisect.bisect_right(self.stops, s)

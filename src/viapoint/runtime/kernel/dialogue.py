@@ -1,0 +1,185 @@
+"""The dialogue with the interpreter: its calls go into the motion buffer, its questions to the world.
+
+Knows when the interpreter must wait, when it may go on, and when it waits in vain. Implements the ports
+of the virtual machine; every read and every wait leaves a trace.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol, assert_never
+
+from viapoint.runtime.cell import Cell, Signal, SignalKind
+from viapoint.runtime.kernel.buffer import MotionBuffer
+from viapoint.runtime.kernel.failure import ExecutionError
+from viapoint.runtime.kernel.trace import Trace
+from viapoint.runtime.signals import Change, MFlag, SignalWorld
+from viapoint.vm.ports import (
+    AtBarrier,
+    AwaitInput,
+    AwaitReset,
+    Barrier,
+    BufferFull,
+    Call,
+    Ended,
+    Failed,
+    RaiseM,
+    Suspension,
+)
+
+
+class Interpreter(Protocol):
+    """The virtual machine as the kernel sees it."""
+
+    @property
+    def line(self) -> int: ...
+    def run(self) -> Suspension: ...
+
+
+class Dialogue:
+    """MotionPort and WorldPort of one interpreter, and what it waits for.
+
+    `travelled` tells the TCP length travelled so far, m. Where `patient`, somebody outside may still
+    answer a wait that the scenario never satisfies.
+    """
+
+    def __init__(
+        self,
+        cell: Cell,
+        world: SignalWorld,
+        buffer: MotionBuffer,
+        trace: Trace,
+        travelled_mm: Callable[[], float],
+        *,
+        patient: bool,
+    ) -> None:
+        self._cell = cell
+        self._world = world
+        self._buffer = buffer
+        self._trace = trace
+        self._travelled_mm = travelled_mm
+        self._patient = patient
+        self._interpreter: Interpreter | None = None
+        self._suspension: Suspension | None = None
+        self._arrived = False  # the barrier it waits at has been reached
+        self._raised = False  # the synchronous M it waits for has been raised
+        self._since = 0  # tick in which its present wait began
+        self._answered: dict[int, tuple[int, int]] = {}  # barriers by line: tick, entries executed by then
+
+    def open(self, interpreter: Interpreter) -> None:
+        """Begin with `interpreter`."""
+        self._interpreter = interpreter
+
+    @property
+    def line(self) -> int:
+        """Source line the interpreter has reached; 0 before it runs."""
+        return self._interpreter.line if self._interpreter is not None else 0
+
+    # --- ports ---------------------------------------------------------------------------------------
+
+    def submit(self, call: Call) -> bool:
+        """MotionPort: take a call into the motion buffer."""
+        return self._buffer.put(call)
+
+    def read_input(self, index: int, *, line: int, ahead: bool) -> bool:
+        """WorldPort: digital input, traced."""
+        return self._read(f"DI{index}", self._world.read_input, index, line, ahead)
+
+    def read_output(self, index: int, *, line: int, ahead: bool) -> bool:
+        """WorldPort: digital output, traced."""
+        return self._read(f"DO{index}", self._world.read_output, index, line, ahead)
+
+    def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
+        """WorldPort: M flag, traced."""
+        return self._read(f"M{index}", self._world.read_m, index, line, ahead)
+
+    def m_is_synchronous(self, index: int) -> bool:
+        """WorldPort: as the cell declares it; synchronous unless it says otherwise."""
+        return self._cell.m_functions.get(index, True)
+
+    def _read(self, signal: str, read: Callable[[int], bool], index: int, line: int, ahead: bool) -> bool:
+        value = _existing(signal, read, index, line)
+        s_mm = self._travelled_mm()
+        self._trace.emit("input_read", line, signal=signal, value=value, s_mm=s_mm, ahead=ahead)
+        return value
+
+    # --- turns ---------------------------------------------------------------------------------------
+
+    def run(self) -> Failed | bool | None:
+        """Let the interpreter run if it may: False if it must wait, else True, or how it failed."""
+        if self._interpreter is None or not self._may_resume():
+            return False
+        self._arrived = self._raised = False
+        try:
+            self._suspension = self._interpreter.run()
+        except ExecutionError as error:  # a read that this cell cannot answer
+            self._suspension = Failed(error.line, error.code, error.message)
+        return self._suspension if isinstance(self._suspension, Failed) else True
+
+    def reach_barrier(self, barrier: Barrier, executed: int) -> None:
+        """The path has arrived at `barrier`, after so many entries."""
+        self._arrived = True
+        self._since = self._trace.tick
+        self._answered[barrier.line] = (self._trace.tick, executed)
+
+    def raise_m(self, call: RaiseM) -> None:
+        """The path has raised an M flag."""
+        self._raised = call.synchronous
+        self._since = self._trace.tick
+
+    def polls(self, barrier: Barrier) -> bool:
+        """Whether `barrier` was already answered in this tick: then its next answer comes in the next one."""
+        return self._answered.get(barrier.line, (-1, 0))[0] == self._trace.tick
+
+    def vain_poll(self, barrier: Barrier, executed: int) -> ExecutionError | None:
+        """What is wrong with asking `barrier` again, if its answer can never change."""
+        if self._patient or self._answered[barrier.line][1] != executed or self._world.pending():
+            return None
+        what = f"{barrier.reason} asks again and again what nothing in the scenario ever changes"
+        return ExecutionError("E410", what, barrier.line)
+
+    def vain_wait(self) -> ExecutionError | None:
+        """What is wrong with waiting on, if what is awaited can never come."""
+        match self._suspension:
+            case AwaitInput(line=line, index=index):
+                awaited = Change(Signal(SignalKind.DIGITAL_INPUT, index), True)
+                what = f"WAIT DI {index} waits for an input that nothing in the scenario sets any more"
+            case AwaitReset(line=line, index=index):
+                awaited = Change(MFlag(index), False)
+                what = f"M {index} waits for a reset that nothing in the scenario gives any more"
+            case _:
+                raise AssertionError(f"standing still, but not waiting: {self._suspension}")
+        if self._patient or self._world.pending(awaited):
+            return None
+        return ExecutionError("E410", what, line)
+
+    def _may_resume(self) -> bool:
+        match self._suspension:
+            case None:
+                return True
+            case BufferFull():
+                return not self._buffer.full
+            case AtBarrier():
+                return self._arrived
+            case AwaitInput(line=line, index=index):
+                return self._world.read_input(index) and self._waited(line, f"DI{index}")
+            case AwaitReset(line=line, index=index):
+                if not self._raised or self._world.read_m(index):
+                    return False
+                self._trace.emit("m", line, index=index, action="reset")
+                return self._waited(line, f"M{index}")
+            case Ended() | Failed():
+                return False
+            case _:
+                assert_never(self._suspension)
+
+    def _waited(self, line: int, reason: str) -> bool:
+        self._trace.emit("wait", line, tick=self._since, t_end=self._trace.time, reason=reason)
+        return True
+
+
+def _existing(signal: str, read: Callable[[int], bool], index: int, line: int) -> bool:
+    try:
+        return read(index)
+    except KeyError:
+        raise ExecutionError("E411", f"the cell has no {signal}", line) from None
