@@ -134,3 +134,24 @@ def test_deep_nesting_is_linear_too() -> None:
     start = time.perf_counter()
     assert compile_source(Source("deep.via", text)).ok
     assert time.perf_counter() - start < 2 * depth / LEAST_LINES_PER_SECOND + 1
+
+
+def test_thousands_of_errors_are_cut_off_and_cost_little() -> None:
+    labels = "".join(f"LABEL{n}_: ML P1 F100\n" for n in range(5_000))
+    jumps = "".join(f"GOTO LABAL{n}_\nML P{n + 2}\n" for n in range(5_000))
+    cell = CellNames(
+        points=set(range(60_000, 65_000)), tools=(), frames=(), conveyors=(), inputs=(), outputs=(), joints=6
+    )
+    start = time.perf_counter()
+    for names in (None, cell):
+        diagnostics = compile_source(Source("a.via", labels + jumps), names).diagnostics
+        assert len([each for each in diagnostics if each.is_error]) == 1001
+        assert diagnostics[-1].code == "E139"
+    assert time.perf_counter() - start < 15
+
+
+def test_a_deep_condition_is_an_error_and_not_a_crash() -> None:
+    text = f"IF {'NOT ' * 900}DI1\nML P1 F100\nENDIF\nIF {'(' * 1500}DI1{')' * 1500}\nENDIF\n"
+    result = compile_source(Source("a.via", text))
+    assert not result.ok
+    assert {each.line for each in result.decisions()} <= {1, 4}

@@ -55,3 +55,12 @@ def test_calls_are_those_written(case: Case, request: pytest.FixtureRequest) -> 
 def test_names_are_unique() -> None:
     names = [case.id for case in CASES]
     assert len(set(names)) == len(names)
+
+
+def test_updating_rewrites_the_calls_of_one_case_and_nothing_else(tmp_path: Path) -> None:
+    file = tmp_path / "few.txt"
+    file.write_text("--- a\nML P1\n=== calls\nold\n--- b\nML P2\n=== world\nDI1 1\n=== calls\nkept\n")
+    update_calls(read_cases(file)[0], ["new", "lines"])
+    assert file.read_text() == (
+        "--- a\nML P1\n=== calls\nnew\nlines\n--- b\nML P2\n=== world\nDI1 1\n=== calls\nkept\n"
+    )

@@ -24,7 +24,7 @@ class CellChecks:
     def _index(
         self, code: str, kind: str, letter: str, index: int, defined: Collection[int], span: Span
     ) -> None:
-        if index not in defined:
+        if index not in defined and not self._findings.full:
             self._findings.add(
                 code,
                 span,
@@ -38,7 +38,7 @@ class CellChecks:
     def point(self, motion: Motion, at: int) -> None:
         """P or Q at position `at` of the motion's values."""
         index = int(motion.values[at])
-        if index not in self._cell.points:
+        if index not in self._cell.points and not self._findings.full:
             self._index("E220", "point", "P", index, self._cell.points, self._parameter(motion, at))
 
     def frame(self, motion: Motion, at: int) -> None:

@@ -12,8 +12,8 @@ from viapoint.compiler.reports import Decision, decision_report
 from viapoint.language import tree
 from viapoint.language.diagnostics import Diagnostic, has_errors, sort_key
 from viapoint.language.lexical import NAME
-from viapoint.language.parser import ParseResult, parse
-from viapoint.language.source import Source
+from viapoint.language.parser import MAX_ERRORS, ParseResult, parse
+from viapoint.language.source import Source, Span
 from viapoint.vm.program import Program
 
 _BLOCK_WORD = re.compile(r"\s*(?:[A-Za-z]\w*:\s*)?(?:IF|ELSE|ELSEIF|ENDIF)\b", re.IGNORECASE)
@@ -61,9 +61,17 @@ def compile_tree(parsed: ParseResult, cell_names: CellNames | None = None) -> Co
         found = [each for each in found if each.code not in _BLOCK_CODES and each.code != "E204"]
     if not parsed.ok or any(each.code in _BLOCK_CODES | _LABEL_CODES for each in found):
         found = [each for each in found if each.is_error]
+    if findings.full:
+        found.append(_too_many(parsed.program.source))
     diagnostics = tuple(sorted((*parsed.diagnostics, *found), key=sort_key))
     program = None if has_errors(diagnostics) else lowering.program()
     return CompileResult(program=program, tree=parsed.program, diagnostics=diagnostics)
+
+
+def _too_many(source: Source) -> Diagnostic:
+    end = len(source.text)
+    message = f"more than {MAX_ERRORS} errors; the rest is not shown"
+    return Diagnostic(code="E139", message=message, source=source, span=Span(end, end))
 
 
 def _refused_lines(parsed: ParseResult) -> tuple[frozenset[str], bool]:

@@ -43,18 +43,23 @@ class LoweredCondition:
 
 
 def signals_of(condition: Condition) -> tuple[Signal, ...]:
-    """The signals a condition reads, in the order of reading."""
-    match condition:
-        case Signal():
-            return (condition,)
-        case Compare():
-            return ()
-        case Not(operand=operand):
-            return signals_of(operand)
-        case And(operands=operands) | Or(operands=operands):
-            return tuple(signal for each in operands for signal in signals_of(each))
-        case _:
-            assert_never(condition)
+    """The signals a condition reads, in the order of reading. Any depth of nesting."""
+    found = []
+    waiting = [condition]
+    while waiting:
+        node = waiting.pop()
+        match node:
+            case Signal():
+                found.append(node)
+            case Compare():
+                pass
+            case Not(operand=operand):
+                waiting.append(operand)
+            case And(operands=operands) | Or(operands=operands):
+                waiting.extend(reversed(operands))
+            case _:
+                assert_never(node)
+    return tuple(found)
 
 
 def text_of(condition: Condition, *, inner: bool = False) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from viapoint.language.diagnostics import Diagnostic, Label
+from viapoint.language.parser import MAX_ERRORS
 from viapoint.language.source import Source, Span
 from viapoint.language.tree import Goto, Sub
 
@@ -17,7 +18,13 @@ class Findings:
 
     def __init__(self, source: Source) -> None:
         self._source = source
+        self._errors = 0
         self.diagnostics: list[Diagnostic] = []
+
+    @property
+    def full(self) -> bool:
+        """Whether there are so many errors that further ones are not worth the work of wording them."""
+        return self._errors >= MAX_ERRORS
 
     def label_span(self, statement: Goto | Sub) -> Span:
         """The label that a GOTO or SUB names."""
@@ -30,6 +37,10 @@ class Findings:
         self, code: str, span: Span, message: str, hint: str | None = None, *labels: tuple[Span, str]
     ) -> None:
         """One finding at `span`; `labels` are second places that explain it."""
+        if code[0] == "E":
+            if self.full:
+                return
+            self._errors += 1
         self.diagnostics.append(
             Diagnostic(
                 code=code,

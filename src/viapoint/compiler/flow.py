@@ -151,10 +151,16 @@ class Flow:
         self._tool = None
         self._rounded = None
 
+    def repeat(self) -> None:
+        """A counted GOTO: the next motion is here or at its label."""
+        self.progress += 1
+        self._rounded = None
+
     def call(self) -> None:
-        """A SUB: what it does to tool and speed is not followed."""
+        """A SUB: what it does to tool, speed and tracking is not followed."""
         self.progress += 1
         self._speed_settled = True
+        self.tracking = False
         self._tool = None
         self._rounded = None
 
@@ -170,7 +176,7 @@ class Flow:
     def next_branch(self, block: OpenIf) -> None:
         """At ELSEIF or ELSE: the branch above is over, the next starts as the IF did."""
         self._finish_branch(block)
-        self._restart(block.live_before, block.tracking_before)
+        self._restart(block.live_before, block.tracking_before, block.live_before)
 
     def leave_if(self, block: OpenIf) -> None:
         """At ENDIF."""
@@ -180,16 +186,18 @@ class Flow:
         if block.false_patch is not None:  # no ELSE: the condition may be false
             live = live or block.live_before
             tracking = tracking and block.tracking_before
-        self._restart(live, tracking)
+        self._restart(live, tracking, block.live_before)
 
     def _finish_branch(self, block: OpenIf) -> None:
         if self.live:
             block.runs_on = True
             block.tracking_after = block.tracking_after and self.tracking
 
-    def _restart(self, live: bool, tracking: bool) -> None:
+    def _restart(self, live: bool, tracking: bool, reached: bool) -> None:
+        """Go on behind a branch; in an IF that is not `reached` itself all has been said already."""
         self.live = live
-        self._reported_dead = False
+        if reached:
+            self._reported_dead = False
         self.tracking = tracking
         self._tool = None
         self._rounded = None

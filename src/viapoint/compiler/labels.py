@@ -12,6 +12,9 @@ from viapoint.language.suggestions import did_you_mean
 from viapoint.language.tree import Goto, Label, Sub, name_key, statement_span
 from viapoint.vm.instructions import SIZES, Instruction
 
+COMPARISONS = 20_000
+"""Comparisons of names made for hints in one program: a third of a second at most."""
+
 
 @dataclass(slots=True)
 class Definition:
@@ -43,6 +46,7 @@ class Labels:
         self._findings = findings
         self._blocks = blocks
         self._references: list[Reference] = []
+        self._unknown_labels = 0
         self.defined: dict[str, Definition] = {}
 
     def define(self, statement: Label, address: int, *, fallen_into: bool, progress: int) -> int:
@@ -91,12 +95,17 @@ class Labels:
             patch(reference.operand, definition.address + (SIZES[Instruction.LABEL] if counted else 0))
 
     def _unknown(self, statement: Goto | Sub) -> None:
-        names = (each.statement.name for each in self.defined.values())
+        if self._findings.full:
+            return
+        self._unknown_labels += 1
+        near = None
+        if self._unknown_labels * len(self.defined) <= COMPARISONS:
+            near = did_you_mean(statement.label, (each.statement.name for each in self.defined.values()))
         self._findings.add(
             "E201",
             self._findings.label_span(statement),
             f"unknown label `{statement.label}`",
-            did_you_mean(statement.label, names) or f"declare it with `{statement.label}:` on a line",
+            near or f"declare it with `{statement.label}:` on a line",
         )
 
     def _check(self, reference: Reference, definition: Definition) -> None:

@@ -316,7 +316,7 @@ class Lowering:
             self.labels.refer(statement, len(self._code) + _REPEAT_TARGET)
             self._emit(_I.REPEAT, above.index if above else 0, 0, statement.times)
             self.labels.count(statement, above)
-            self._flow.call()
+            self._flow.repeat()
             return
         self.labels.refer(statement, len(self._code) + _JUMP_TARGET)
         self._emit(_I.JUMP, 0)
