@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
 from viapoint.runtime.records import Floats
 from viapoint.runtime.timing.curve import AxisCurve
@@ -27,7 +28,7 @@ _SAMPLES_PER_PIECE: Final = 6
 _RAMP: Final = 3.0 * 0.75 ** np.arange(30)
 """Samples beside the ends, in sample distances: near rest speed goes as s^(2/3)."""
 
-_REFINEMENTS: Final = 4
+_REFINEMENTS: Final = 10
 _REFINE_ABOVE: Final = 0.2
 """Neighbouring speed limits that differ by more (natural logarithm) get a sample between them."""
 
@@ -38,17 +39,21 @@ as good as infinite: differences over whole ticks cannot tell."""
 _STRAIGHT: Final = 1e-7
 """Relative variation of a rate that is rounding (of interpolated axes: 1e-12 rad over 0.1 mm)."""
 
+_HELD: Final = 1e-3
+"""Relative change of the speed between samples that is none."""
+
 INSET: Final = 1e-6
 """Part of a stretch by which one-sided limits at its ends are read."""
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """Samples (N,) of s, estimated speed v, acceleration that is possible there at ṡ = 0, time t."""
+    """Samples (N,) of s, estimated speed v, time t, and whether the speed is just held there."""
 
     s: Floats
     v: Floats
     t: Floats
+    calm: npt.NDArray[np.bool_]
     acceleration: float  # smallest possible path acceleration at the start and the end
     jerk_start: float
     jerk_end: float
@@ -94,7 +99,9 @@ def estimate(
     ends = np.minimum(room, brake)[[0, -1]].min()
     with np.errstate(divide="ignore", invalid="ignore"):
         response = np.nan_to_num(limits.gentlest / limits.jerk, nan=np.inf, posinf=np.inf).min()
-    return Estimate(s, v, t, float(ends), float(jerk[0]), float(jerk[-1]), float(response), straight)
+    return Estimate(
+        s, v, t, _calm(v, ceiling), float(ends), float(jerk[0]), float(jerk[-1]), float(response), straight
+    )
 
 
 def _ceiling(
@@ -193,6 +200,14 @@ def _scan(x: Floats, room: Floats, brake: Floats, s: Floats, x_start: float) -> 
     x = np.minimum.accumulate(x - gained) + gained
     x = np.minimum.accumulate((x + lost)[::-1])[::-1] - lost
     return np.maximum(x, 0.0)
+
+
+def _calm(v: Floats, ceiling: Floats) -> npt.NDArray[np.bool_]:
+    """Where the estimate follows a limit that stays the same from sample to sample."""
+    held = v >= (1.0 - _HELD) * ceiling
+    steady = np.abs(np.diff(v)) <= _HELD * v[1:]
+    calm: npt.NDArray[np.bool_] = held & np.append(steady, False) & np.append(False, steady)
+    return calm
 
 
 def _ramp(distance: Floats, jerk: float) -> Floats:

@@ -19,6 +19,15 @@ SPACING: Final = 0.010
 _SPACING_MAX: Final = 0.050
 """s. Slow limits (long build-up of acceleration) are resolved by fewer knots."""
 
+_CALM_SPACING: Final = 0.080
+"""s. Where a constant speed is held for long, only the curve's own bends need knots."""
+
+_GROWTH: Final = 0.25
+"""Growth of the spacing with the time to the nearest change of speed: neighbours differ by a quarter."""
+
+_BUSY: Final = 1.5
+"""Mean spacing, in units of the narrow one, below which a stretch between breaks gets all its pieces."""
+
 _PIECES: Final = 24
 """Pieces of a section at least (ticks permitting), so that short moves are resolved too."""
 
@@ -54,18 +63,34 @@ def rest_length(est: Estimate, jerk: float, length: float) -> float:
 
 
 def place(est: Estimate, marks: Floats, dt: float, tick: float) -> Floats:
-    """Knots (n+1,) from marks[0] to marks[-1], one at every mark that is not too near its neighbour."""
-    kept = _apart(np.interp(marks, est.s, est.t), max(_SHORTEST, 0.5 * tick))
-    marks = marks[kept]
-    times = np.interp(marks, est.s, est.t)
-    duration = np.diff(times)
-    count = np.maximum(np.round(duration / dt), 1.0)
-    most = np.maximum(np.floor(duration / max(_SHORTEST, 0.5 * tick)), 1.0)
-    count = np.maximum(count, np.minimum(_PIECES_PER_EDGE, most)).astype(int)
+    """Knots (n+1,) from marks[0] to marks[-1], one at every mark that is not too near its neighbour.
+
+    Counted in spacings of dt seconds where the speed changes, of more where it is just held.
+    """
+    shortest = max(_SHORTEST, 0.5 * tick)
+    marks = marks[_apart(np.interp(marks, est.s, est.t), shortest)]
+    counter = _counter(est, dt)
+    duration = np.diff(np.interp(marks, est.s, est.t))
+    places = np.interp(marks, est.s, counter)
+    count = np.maximum(np.round(np.diff(places)), 1.0)
+    most = np.maximum(np.floor(duration / shortest), 1.0)
+    busy = duration < _BUSY * dt * np.diff(places)
+    count = np.maximum(count, np.where(busy, np.minimum(_PIECES_PER_EDGE, most), 1.0)).astype(int)
     if len(count) == 1:
         count = np.maximum(count, _FEWEST)
     count[[0, -1]] = np.maximum(count[[0, -1]], 2)
-    return _smooth(_fill(est, times, count), marks, np.concatenate(([0], np.cumsum(count))))
+    knots = _fill(places, count, counter, est.s)
+    return _smooth(knots, marks, np.concatenate(([0], np.cumsum(count))))
+
+
+def _counter(est: Estimate, dt: float) -> Floats:
+    """Knots passed since the start, (N,): spacing grows with the time to the nearest change of speed."""
+    change = est.t[~est.calm]
+    k = np.clip(np.searchsorted(change, est.t), 1, len(change) - 1)
+    away = np.minimum(np.abs(est.t - change[k - 1]), np.abs(change[k] - est.t))
+    each = np.minimum(dt + _GROWTH * away, max(dt, _CALM_SPACING))
+    steps = np.diff(est.t) * 0.5 * (1.0 / each[1:] + 1.0 / each[:-1])
+    return np.concatenate(([0.0], np.cumsum(steps)))
 
 
 def _apart(times: Floats, least: float) -> npt.NDArray[np.intp]:
@@ -77,11 +102,11 @@ def _apart(times: Floats, least: float) -> npt.NDArray[np.intp]:
     return np.array([*kept, len(times) - 1], dtype=np.intp)
 
 
-def _fill(est: Estimate, times: Floats, count: npt.NDArray[np.int_]) -> Floats:
+def _fill(places: Floats, count: npt.NDArray[np.int_], counter: Floats, s: Floats) -> Floats:
     piece = np.repeat(np.arange(len(count)), count)
     step = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
-    inner = times[piece] + np.diff(times)[piece] * step / count[piece]
-    return np.interp(np.concatenate((inner, times[-1:])), est.t, est.s)
+    inner = places[piece] + np.diff(places)[piece] * step / count[piece]
+    return np.interp(np.concatenate((inner, places[-1:])), counter, s)
 
 
 def _smooth(knots: Floats, marks: Floats, fixed: npt.NDArray[np.int_]) -> Floats:
