@@ -291,8 +291,10 @@ def test_interrupted_run_leaves_report_and_recording(number: int, tmp_path: Path
     ]  # fmt: skip
     process = subprocess.Popen(command, cwd=FILES, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
-    while time.monotonic() < deadline and not (path.exists() and path.stat().st_size > 30_000):
+    while process.poll() is None and not (path.exists() and path.stat().st_size > 30_000):
+        assert time.monotonic() < deadline, "the recording does not grow"
         time.sleep(0.05)
+    assert process.poll() is None, process.communicate()
     process.send_signal(number)
     out, err = process.communicate(timeout=60)
     assert process.returncode == 1
