@@ -44,7 +44,8 @@ class Planner:
         self._chain = Chain(tolerance=cell.path_tolerance)
         self._stepping = stepping
         self._outputs = cell.io.digital_outputs
-        self._lines: dict[int, int] = {}
+        self._lines: dict[int, int] = {}  # of the motions from the oldest one whose end is undecided on
+        self._decided: set[int] = set()  # tags among them whose end is
         self._open: int | None = None  # tag of the motion whose corner is not decided yet
         self._tool = 0
         self._last = -1  # tag of the last motion
@@ -136,13 +137,18 @@ class Planner:
         if self.laid is not None:
             self.laid(pieces)
         for transition in transitions:
-            line = self._lines.pop(transition.tag)
-            following = transition.next_tag
-            next_line = None if following is None else self._lines[following]
-            self.corners.append(
-                Corner(line, next_line, transition, self._forced_by.pop(transition.tag, None))
-            )
+            self._report(transition)
         self.route.take(pieces, marks)
+
+    def _report(self, transition: Transition) -> None:
+        """A row of the blend report. A motion of no length may be decided before the one ahead of it."""
+        tag, following = transition.tag, transition.next_tag
+        next_line = None if following is None else self._lines[following]
+        self.corners.append(Corner(self._lines[tag], next_line, transition, self._forced_by.pop(tag, None)))
+        self._decided.add(tag)
+        while self._lines and (oldest := next(iter(self._lines))) in self._decided:
+            self._decided.remove(oldest)
+            del self._lines[oldest]
 
     def _fail(self, error: MotionError) -> None:
         """Everything before the failure stands, and the path ends there at rest."""
