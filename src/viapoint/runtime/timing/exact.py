@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 import ruckig
 
-from viapoint.runtime.records import Floats
 from viapoint.runtime.timing.estimate import StraightLine
+from viapoint.runtime.timing.law import Knots
 from viapoint.runtime.timing.limits import AxisLimits
 from viapoint.runtime.timing.section import State
 
@@ -19,9 +19,6 @@ _TICKS_TO_FULL: Final = 0.25
 """A limit that is inf is replaced by reaching the next lower one within this part of a tick."""
 
 _RATIO_FLOOR: Final = 1e-300
-
-Knots = tuple[Floats, Floats, Floats, Floats]
-"""t (since the state), s, v, a of the profile's phases."""
 
 
 def profile(line: StraightLine, limits: AxisLimits, state: State, s_end: float, tick: float) -> Knots | None:

@@ -27,6 +27,10 @@ _INVERSE_STEPS: Final = 60
 """Halvings that bring any bracket below the resolution of a float; Newton needs 4 to 6 of them."""
 
 
+Knots = tuple[Floats, Floats, Floats, Floats]
+"""t (from the first knot), s, ṡ and s̈ at the knots of a stretch of law."""
+
+
 @dataclass(frozen=True, slots=True)
 class Quality:
     """How a law came to be: the method, solver iterations, tick checks, uniform stretch (1: none), peaks.

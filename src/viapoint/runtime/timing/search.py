@@ -1,0 +1,202 @@
+"""The loop around the solver, for one section: solve, look at the ticks, tighten where one is over, resume.
+
+Not here: equations (spline, rows), numerics (solver, ticks), what to do if no law is found (planner).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from viapoint.runtime.records import Floats
+from viapoint.runtime.timing import solver
+from viapoint.runtime.timing.core import chosen
+from viapoint.runtime.timing.errors import TimingError
+from viapoint.runtime.timing.law import UNLIMITED, Knots, Quality, TimeLaw, hermite
+from viapoint.runtime.timing.rows import Tightening, tightened
+from viapoint.runtime.timing.section import Plan, Request, Section, State
+from viapoint.runtime.timing.ticks import Ratios
+from viapoint.runtime.timing.tighten import tighten
+
+SPEED_ALLOWED: Final = 1.0
+ACCELERATION_ALLOWED: Final = 1.0
+JERK_ALLOWED: Final = 1.05
+_ROUNDING: Final = 1e-9
+"""Ratios over a limit by this much are rounding of differences."""
+
+_ROUGHLY: Final = 2e-2
+_FINALLY: Final = 3e-3
+"""Duality gap, of the duration: a first solve only finds √x at the ends of pieces for the second."""
+
+_PASSES: Final = 8
+_ITERATIONS: Final = 40
+_GAP_OF_SENSE: Final = 0.2
+_VIOLATION_OF_SENSE: Final = 0.05
+"""A solve that ends above these has met rows that contradict each other."""
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """Where new law hangs on: the old law, how many of its pieces stay, time since t0 and state there."""
+
+    law: TimeLaw
+    pieces: int
+    t: float
+    state: State
+
+
+def within(peaks: tuple[float, float, float]) -> bool:
+    """True if no tick is over a limit."""
+    speed, acceleration, jerk = peaks
+    return (
+        speed <= SPEED_ALLOWED + _ROUNDING
+        and acceleration <= ACCELERATION_ALLOWED + _ROUNDING
+        and jerk <= JERK_ALLOWED
+    )
+
+
+def law_of(t0: float, knots: Knots, plan: Plan | None) -> TimeLaw:
+    """The law through knots, starting at t0; not judged yet."""
+    t, s, v, a = knots
+    width, coeffs = hermite(t, s, v, a)
+    limiter = np.full(len(width), UNLIMITED, dtype=np.int16)
+    return TimeLaw(t0, t, s, v, a, width, coeffs, limiter, Quality("none"), plan)
+
+
+def set_points(ask: Request, law: TimeLaw, since: float) -> tuple[Floats, Floats]:
+    """s (N,) and axes (N, m) at the ticks from three before `since` (s after t0) to three after the end."""
+    first = math.floor(since / ask.tick) - 3
+    last = math.ceil(law.duration / ask.tick) + 3
+    s = chosen().positions(law.t, law.width, law.coeffs, law.s_end, first, last, ask.tick)
+    q = ask.curve.values(s)
+    if not np.isfinite(q).all():
+        where = float(s[int(np.argmin(np.isfinite(q).all(axis=1)))])
+        raise TimingError(f"an axis is not a finite number at s = {where:.9g}", where)
+    return s, q
+
+
+def ratios(ask: Request, q: Floats, path_speed: Floats) -> Ratios:
+    """Tick ratios of the axes q (N, m), and of the path's speed to the programmed one (N-1,)."""
+    speed, acceleration, jerk = chosen().ratios(q, ask.limits, ask.tick)
+    return Ratios(np.maximum(speed, path_speed), acceleration, jerk)
+
+
+class Search:
+    """Solve, check, tighten, resume: one section."""
+
+    def __init__(self, ask: Request, section: Section, t0: float, joint: Joint | None) -> None:
+        self.ask = ask
+        self.section = section
+        self.spline = section.rows.spline
+        self.t0 = t0
+        self.joint = joint
+        self.passes = 0
+        self.solved: solver.State | None = None
+
+    def run(self) -> TimeLaw:
+        """The first law whose ticks are within all limits; if none is, the last one found."""
+        factors = self.section.tightening
+        c = self._solve(self.section.start, factors, _ROUGHLY)
+        c = c if c is None else self._solve(c, factors, _FINALLY)
+        law, s, r = self._judge(self.section.start if c is None else c, factors)
+        while c is not None and self.passes < _PASSES and not within(law.quality.peaks):
+            factors = tighten(factors, self.spline.knots, s, r, self.spline.fixed)
+            c = self._solve(c, factors, _FINALLY)
+            if c is not None:
+                law, s, r = self._judge(c, factors)
+        return law
+
+    def _solve(self, c: Floats, factors: Tightening, tolerance: float) -> Floats | None:
+        """Better coefficients; None if the rows contradict each other (tightened against a given start)."""
+        problem = tightened(self.section.rows, factors, c)
+        if self.solved is None:
+            self.solved = solver.fresh(problem, c)
+        else:
+            solver.lift(problem, c, self.solved)
+        better = chosen().improve(problem, c, self.solved, tolerance, _ITERATIONS)
+        return better if self._sensible(better, self.solved) else None
+
+    def _sensible(self, c: Floats, state: solver.State) -> bool:
+        duration = solver.duration(self.spline.weight, c)
+        return state.gap <= _GAP_OF_SENSE * duration and state.violation <= _VIOLATION_OF_SENSE
+
+    def _first_knot(self) -> int:
+        return 1 if self.joint is None else self.joint.pieces - 1
+
+    def _judge(self, c: Floats, factors: Tightening) -> tuple[TimeLaw, Floats, Ratios]:
+        """The law of c, the parameters at its ticks and their ratios."""
+        self.passes += 1
+        law = self._joined(self._knots(c), Plan(self.spline, c, factors, self._first_knot()))
+        since = 0.0 if self.joint is None else self.joint.t
+        s, q = set_points(self.ask, law, since)
+        r = ratios(self.ask, q, self._programmed(s))
+        quality = Quality(
+            "spline", 0 if self.solved is None else self.solved.iterations, self.passes, 1.0, r.peaks
+        )
+        return judged(law, quality), s, r
+
+    def _knots(self, c: Floats) -> Knots:
+        """Times (from the first knot), positions, speeds, accelerations; rest pieces included."""
+        spline = self.spline
+        x, slope = spline.at_knots(c)
+        x = np.maximum(x, 0.0)
+        duration = spline.durations(c, x)
+        last = 3.0 * spline.rest_end / math.sqrt(x[-1])
+        s, v, a = spline.knots, np.sqrt(x), 0.5 * slope
+        if spline.fixed:
+            s, v, a, duration = s[1:], v[1:], a[1:], duration[1:]
+            before = np.zeros(0)
+        else:
+            first = 3.0 * spline.rest_start / math.sqrt(x[0])
+            before = np.array([spline.knots[0] - spline.rest_start])
+            duration = np.concatenate(([first], duration))
+        t = np.concatenate(([0.0], np.cumsum(duration), [0.0]))
+        t[-1] = t[-2] + last
+        still = np.zeros(len(before))
+        return (
+            t,
+            np.concatenate((before, s, [self.ask.s_end])),
+            np.concatenate((still, v, [0.0])),
+            np.concatenate((still, a, [0.0])),
+        )
+
+    def _joined(self, knots: Knots, plan: Plan) -> TimeLaw:
+        if self.joint is None:
+            return law_of(self.t0, knots, plan)
+        return continued_law(self.joint, knots, plan)
+
+    def _programmed(self, s: Floats) -> Floats:
+        """Ratio of the ticks' mean speeds to the programmed speed of the slower piece they touch."""
+        rows = self.section.rows
+        piece = np.searchsorted(self.spline.knots, s, side="right") - 1
+        allowed = rows.programmed[np.clip(piece, 0, len(rows.programmed) - 1)]
+        ratio: Floats = np.diff(s) / (self.ask.tick * np.minimum(allowed[1:], allowed[:-1]))
+        return ratio
+
+
+def judged(law: TimeLaw, quality: Quality) -> TimeLaw:
+    """The law, with what its check has found."""
+    return replace(law, quality=quality)
+
+
+def continued_law(joint: Joint, knots: Knots, plan: Plan | None) -> TimeLaw:
+    """The joint's law up to its cut, then the new knots (the first is the cut)."""
+    old, k = joint.law, joint.pieces
+    t, s, v, a = knots
+    width, coeffs = hermite(t, s, v, a)
+    join = np.concatenate
+    return TimeLaw(
+        old.t0,
+        join((old.t[:k], joint.t + t)),
+        join((old.s[:k], s)),
+        join((old.v[:k], v)),
+        join((old.a[:k], a)),
+        join((old.width[:k], width)),
+        join((old.coeffs[:k], coeffs)),
+        join((old.limiter[:k], np.full(len(width), UNLIMITED, dtype=np.int16))),
+        Quality("none"),
+        plan,
+    )
