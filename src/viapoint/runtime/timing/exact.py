@@ -27,8 +27,8 @@ def profile(line: StraightLine, limits: AxisLimits, state: State, s_end: float, 
     ask = ruckig.InputParameter(1)
     ask.current_position, ask.target_position = [0.0], [s_end - state.s]
     ask.current_velocity, ask.current_acceleration = [state.v], [state.a]
-    ask.max_velocity, ask.max_jerk = [speed], [jerk]
-    ask.max_acceleration, ask.min_acceleration = [up], [-down]
+    ask.max_velocity, ask.max_jerk = [max(speed, state.v)], [jerk]
+    ask.max_acceleration, ask.min_acceleration = [max(up, state.a)], [min(-down, state.a)]
     ask.min_velocity = [-1e-3 * speed]
     found = ruckig.Trajectory(1)
     if ruckig.Ruckig(1).calculate(ask, found) not in (ruckig.Result.Working, ruckig.Result.Finished):

@@ -25,6 +25,9 @@ _CALM_SPACING: Final = 0.080
 _GROWTH: Final = 0.25
 """Growth of the spacing with the time to the nearest change of speed: neighbours differ by a quarter."""
 
+_FROM_REST: Final = 0.75
+"""Spacing beside a rest end, in times from rest: the acceleration there builds up within that time."""
+
 _BUSY: Final = 1.5
 """Mean spacing, in units of the narrow one, below which a stretch between breaks gets all its pieces."""
 
@@ -69,7 +72,7 @@ def place(est: Estimate, marks: Floats, dt: float, tick: float) -> Floats:
     """
     shortest = max(_SHORTEST, 0.5 * tick)
     marks = marks[_apart(np.interp(marks, est.s, est.t), shortest)]
-    counter = _counter(est, dt)
+    counter = _counter(est, dt, *np.interp(marks[[0, -1]], est.s, est.t))
     duration = np.diff(np.interp(marks, est.s, est.t))
     places = np.interp(marks, est.s, counter)
     count = np.maximum(np.round(np.diff(places)), 1.0)
@@ -83,12 +86,18 @@ def place(est: Estimate, marks: Floats, dt: float, tick: float) -> Floats:
     return _smooth(knots, marks, np.concatenate(([0], np.cumsum(count))))
 
 
-def _counter(est: Estimate, dt: float) -> Floats:
-    """Knots passed since the start, (N,): spacing grows with the time to the nearest change of speed."""
+def _counter(est: Estimate, dt: float, first: float, last: float) -> Floats:
+    """Knots passed since the start, (N,): spacing grows with the time to the nearest change of speed.
+
+    First and last knot stand at these times; the time from there to rest, if any, limits growth too.
+    """
     change = est.t[~est.calm]
     k = np.clip(np.searchsorted(change, est.t), 1, len(change) - 1)
     away = np.minimum(np.abs(est.t - change[k - 1]), np.abs(change[k] - est.t))
     each = np.minimum(dt + _GROWTH * away, max(dt, _CALM_SPACING))
+    if first > 0.0:
+        each = np.minimum(each, _FROM_REST * np.maximum(est.t, first))
+    each = np.minimum(each, _FROM_REST * np.maximum(est.t[-1] - est.t, est.t[-1] - last))
     steps = np.diff(est.t) * 0.5 * (1.0 / each[1:] + 1.0 / each[:-1])
     return np.concatenate(([0.0], np.cumsum(steps)))
 

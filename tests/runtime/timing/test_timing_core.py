@@ -1,0 +1,42 @@
+"""The compiled core and its numpy twin: the same laws, bit for bit; and the choice between them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from timing_curves import limits, random_waves, steps
+
+from viapoint.runtime.timing import core, extend, plan
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_twin_and_core_give_the_same_laws(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    if core.compiled() is None:
+        assert core.chosen() is core.TWIN
+        return
+    print(f"seed {seed}")
+    curve, lim = random_waves(seed, 5, 1.0), limits(5, 2.0, 9.0, (90.0, 400.0, 1e5)[seed % 3])
+    bound = steps([0.3, 0.7], [0.9, 0.2, 0.6])
+    laws = []
+    for name in ("python", "compiled"):
+        monkeypatch.setenv(core.VARIABLE, name)
+        law = plan(curve, lim, bound, s_start=0.0, s_end=0.6, tick=1e-3)
+        laws += [law, extend(law, curve, lim, bound, s_end=1.0, tick=1e-3, commit_time=0.2)]
+    for twin, compiled in zip(laws[:2], laws[2:], strict=True):
+        assert twin is not None
+        assert compiled is not None
+        t = np.arange(0.0, twin.t_end + 0.01, 1e-3)
+        assert np.array_equal(twin.at(t), compiled.at(t))
+        assert twin.quality == compiled.quality
+
+
+def test_the_choice(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(core.VARIABLE, "python")
+    assert core.chosen().name == "python"
+    monkeypatch.setenv(core.VARIABLE, "fortran")
+    with pytest.raises(ValueError, match="must be auto, python or compiled"):
+        core.chosen()
+    monkeypatch.setenv(core.VARIABLE, "compiled")
+    monkeypatch.setattr(core, "compiled", lambda: None)
+    with pytest.raises(ValueError, match="not built"):
+        core.chosen()
