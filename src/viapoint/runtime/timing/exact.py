@@ -18,12 +18,17 @@ _PART: Final = 1.0 - 2e-6
 _TICKS_TO_FULL: Final = 0.25
 """A limit that is inf is replaced by reaching the next lower one within this part of a tick."""
 
+_NO_ACCELERATION: Final = 1e-9
+"""Part of the limit that is rounding. At top speed Ruckig answers it with a much slower profile."""
+
 _RATIO_FLOOR: Final = 1e-300
 
 
 def profile(line: StraightLine, limits: AxisLimits, state: State, s_end: float, tick: float) -> Knots | None:
     """Time-optimal knots from the state to rest at s_end; None if there is no such profile."""
     speed, up, down, jerk = _along(line, limits, s_end - state.s, tick)
+    if abs(state.a) < _NO_ACCELERATION * min(up, down):
+        state = State(state.s, state.v, 0.0)
     ask = ruckig.InputParameter(1)
     ask.current_position, ask.target_position = [0.0], [s_end - state.s]
     ask.current_velocity, ask.current_acceleration = [state.v], [state.a]
