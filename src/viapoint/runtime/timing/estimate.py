@@ -28,9 +28,9 @@ _SAMPLES_PER_PIECE: Final = 6
 _RAMP: Final = 3.0 * 0.75 ** np.arange(30)
 """Samples beside the ends, in sample distances: near rest speed goes as s^(2/3)."""
 
-_REFINEMENTS: Final = 10
-_REFINE_ABOVE: Final = 0.2
-"""Neighbouring speed limits that differ by more (natural logarithm) get a sample between them."""
+_REFINE_ABOVE: Final = (0.2, 0.4, 1.0, 1.5, 1.5, 1.5, 1.5, 1.5, 1.5)
+"""Neighbouring speed limits that differ by more (natural logarithm) get a sample between them, round by
+round: at first for accuracy, then only where a singular pose is passed closely."""
 
 _TICKS_TO_FULL: Final = 0.25
 """An acceleration that changes the top speed (a jerk: the acceleration) within this part of a tick is
@@ -112,9 +112,9 @@ def _ceiling(
     s = _first_samples(marks)
     first, ceiling, programmed = _limits_at(curve, limits, bound, s)
     straight = _straight(first, programmed)
-    for _ in range(_REFINEMENTS):
+    for above in _REFINE_ABOVE:
         with np.errstate(invalid="ignore"):
-            steep = np.abs(np.diff(np.log(ceiling))) > _REFINE_ABOVE
+            steep = np.abs(np.diff(np.log(ceiling))) > above
         if not steep.any():
             break
         between = 0.5 * (s[1:] + s[:-1])[steep]

@@ -27,7 +27,7 @@ JERK_ALLOWED: Final = 1.05
 _ROUNDING: Final = 1e-9
 """Ratios over a limit by this much are rounding of differences."""
 
-_ROUGHLY: Final = 2e-2
+_ROUGHLY: Final = 5e-2
 _FINALLY: Final = 3e-3
 """Duality gap, of the duration: a first solve only finds √x at the ends of pieces for the second."""
 

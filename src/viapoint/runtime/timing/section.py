@@ -20,7 +20,7 @@ from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 from viapoint.runtime.timing.rows import Rows, Tightening
 from viapoint.runtime.timing.spline import Spline, make
 
-_START_SHARE: Final = 0.5
+_START_SHARE: Final = 0.7
 """Part of the estimated speed the solver starts from, squared below: inside most limits."""
 
 _JERK_COUNTS: Final = 2.0

@@ -23,13 +23,13 @@ from viapoint.runtime.timing.rows import Problem
 FEASIBLE: Final = 3e-3
 """Largest violation of a scaled row that is taken for none; ticks decide in the end."""
 
-FIRST_SLACK: Final = 0.1
+FIRST_SLACK: Final = 0.3
 FIRST_BARRIER: Final = 0.1
 """Least slack, and barrier in mean durations of a piece, of a fresh start."""
 
 RESUMED_SLACK: Final = 0.01
-RESUMED_BARRIER: Final = 0.0008
-RESUMED_SHARE: Final = 0.05
+RESUMED_BARRIER: Final = 0.003
+RESUMED_SHARE: Final = 0.02
 """The same for resuming: slightly off the boundary, as the rows have moved."""
 
 LEAST_CENTRING: Final = 0.03
