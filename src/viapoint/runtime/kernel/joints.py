@@ -48,8 +48,11 @@ def motion_target(
     return next(s.joints for s, d in zip(solutions, distances, strict=True) if d <= best + _TIE)
 
 
-def end_joints(robot: Robot, path: FlangePath, q_start: Floats, line: int) -> tuple[Floats, Floats]:
-    """Joints (n,) and flange pose (4, 4) in which a path move from q_start ends, followed continuously."""
+def end_joints(robot: Robot, path: FlangePath, q_start: Floats, line: int) -> tuple[Floats, Floats, int]:
+    """Joints (n,) and flange pose (4, 4) in which a path move from q_start ends, followed continuously.
+
+    Third, the configuration in which it leaves.
+    """
     configuration, q_leaving = leaving_singular(robot, path, q_start)
     count = _FIRST_SAMPLES
     while True:
@@ -59,7 +62,7 @@ def end_joints(robot: Robot, path: FlangePath, q_start: Floats, line: int) -> tu
             raise _leaves_reach(path, (float(np.argmin(reachable)) - 1.0) / (count - 1), line)
         steps = np.abs(np.diff(q, axis=0)).max(initial=0.0)
         if steps < _LARGEST_STEP or count >= _MOST_SAMPLES:
-            return q[-1], X[-1]
+            return q[-1], X[-1], configuration
         count = 4 * (count - 1) + 1
 
 
@@ -73,11 +76,14 @@ def tcp_kinematics(robot: Robot, X_flange_tool: Floats) -> Callable[[Floats], Po
     return fk
 
 
-def leaving_singular(robot: Robot, path: FlangePath, q_start: Floats) -> tuple[int, Floats]:
+def leaving_singular(
+    robot: Robot, path: FlangePath, q_start: Floats, preferred: int | None = None
+) -> tuple[int, Floats]:
     """Configuration in which a path is followed from q_start (n,), and the joints (n,) it starts in.
 
     Away from singularities that is q_start itself. In a singular pose the path prescribes where its free
-    joints must point: of all branches that leave along it, the one nearest in joint motion is taken.
+    joints must point: of all branches that leave along it, the one nearest in joint motion is taken, or
+    that of the `preferred` configuration if it is among them.
     """
     start = np.zeros(1)
     X = path.flange_poses(start)
@@ -89,7 +95,7 @@ def leaving_singular(robot: Robot, path: FlangePath, q_start: Floats) -> tuple[i
         near, reachable = robot.ik_branch(path.flange_poses(start + nudge), index, q_start)
         far, also = robot.ik_branch(path.flange_poses(start + 2.0 * nudge), index, near)
         q, _ = robot.ik_branch(X, index, 2.0 * near - far)
-        distance = robot.distance(q[0], q_start)
+        distance = -1.0 if index == preferred else robot.distance(q[0], q_start)
         if reachable[0] and also[0] and (best is None or distance < best[0]):
             best = (distance, index, q[0])
     return (best[1], best[2]) if best is not None else (int(robot.configuration(q_start)), q_start)

@@ -64,18 +64,16 @@ class Planner:
             while (entry := self._buffer.to_plan()) is not None:
                 self._plan(entry)
                 self._buffer.planned()
-            self._take()
         except MotionError as error:
             self._fail(error)
+        else:
+            self._lay()
         return True
 
     def stop(self) -> None:
         """Nothing more will come for now: the path stops exactly at the end of the last motion."""
-        try:
-            self.close()
-            self._take()
-        except MotionError as error:
-            self._fail(error)
+        self.close()
+        self._lay()
 
     def close(self, line: int | None = None) -> None:
         """The path stops exactly at the end of the last motion; `line` is the statement that makes it."""
@@ -150,12 +148,18 @@ class Planner:
             self._decided.remove(oldest)
             del self._lines[oldest]
 
+    def _lay(self) -> None:
+        """Lay the route for what is decided. Where it fails, nothing that comes after has a place."""
+        try:
+            self._take()
+        except MotionError as error:
+            self.failure = error
+            self._open = None
+            self.route.stop_here()
+
     def _fail(self, error: MotionError) -> None:
         """Everything before the failure stands, and the path ends there at rest."""
         self.failure = error
-        try:
-            self.close()
-            self._take()
-        except MotionError as earlier:  # what came before cannot be planned either: that is the failure
-            self.failure = earlier
+        self.close()
+        self._lay()  # what came before may not be plannable either: then that is the failure
         self.route.stop_here()

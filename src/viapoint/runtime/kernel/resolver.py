@@ -50,6 +50,8 @@ class Resolved:
     rule: SpeedRule
     X_flange_tool: Floats
     end: Stand
+    configuration: int | None = None
+    """In which a path move leaves; the path as it will be rounded must not choose another."""
 
 
 class Resolver:
@@ -130,12 +132,12 @@ class Resolver:
             corner=_corner(motion),
         )
         segment = programmed(move)
+        rule = speed_rule(motion, self.cell)
         if segment is None:
-            end = self.stand
-        else:
-            path = FlangePath(segment, invert_pose(X_flange_tool))
-            end = Stand(*end_joints(self.robot, path, self.stand.q, motion.line))
-        return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end)
+            return Resolved(move, rule, X_flange_tool, self.stand)
+        path = FlangePath(segment, invert_pose(X_flange_tool))
+        q, X, configuration = end_joints(self.robot, path, self.stand.q, motion.line)
+        return Resolved(move, rule, X_flange_tool, Stand(q, X), configuration)
 
     def _target_pose(self, target: Target, motion: Motion, X_flange_tool: Floats) -> Floats:
         """X_base_tcp (4, 4) of a target in the motion's frame."""

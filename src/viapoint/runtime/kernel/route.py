@@ -189,7 +189,7 @@ class Route:
     def _enter(self, stretch: Stretch, motion: _Planned) -> int:
         """The configuration a path motion starts in; free joints of a singular pose are turned first."""
         q = self.axes.q_end
-        configuration, q_leaving = leaving_singular(self._robot, stretch, q)
+        configuration, q_leaving = leaving_singular(self._robot, stretch, q, motion.resolved.configuration)
         if np.abs(q_leaving - q).max() > _HELD_TURN:
             self._turn_in_place(motion, q, q_leaving)
         return configuration
