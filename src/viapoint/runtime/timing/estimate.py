@@ -32,6 +32,9 @@ _REFINE_ABOVE: Final = (0.2, 0.4, 1.0, 1.5, 1.5, 1.5, 1.5, 1.5, 1.5)
 """Neighbouring speed limits that differ by more (natural logarithm) get a sample between them, round by
 round: at first for accuracy, then only where a singular pose is passed closely."""
 
+_FINEST: Final = 0.004
+"""s to pass from sample to sample at the slower one's speed: closer is finer than the knots will be."""
+
 _TICKS_TO_FULL: Final = 0.25
 """An acceleration that changes the top speed (a jerk: the acceleration) within this part of a tick is
 as good as infinite: differences over whole ticks cannot tell."""
@@ -115,6 +118,7 @@ def _ceiling(
     for above in _REFINE_ABOVE:
         with np.errstate(invalid="ignore"):
             steep = np.abs(np.diff(np.log(ceiling))) > above
+        steep &= np.diff(s) > _FINEST * np.minimum(ceiling[1:], ceiling[:-1])
         if not steep.any():
             break
         between = 0.5 * (s[1:] + s[:-1])[steep]

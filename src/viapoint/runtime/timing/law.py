@@ -128,7 +128,8 @@ class TimeLaw:
         if k == 0:
             return self
         knots = {n: getattr(self, n)[k:] for n in ("t", "s", "v", "a", "width", "coeffs", "limiter")}
-        return replace(self, **knots)
+        plan = None if self.plan is None else replace(self.plan, first_knot=self.plan.first_knot - k)
+        return replace(self, **knots, plan=plan)
 
 
 def hermite(t: Floats, s: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats]:
