@@ -20,7 +20,11 @@ class Entry:
 
 
 class MotionBuffer:
-    """`capacity` slots used round and round; the three indices count entries since the start of the run."""
+    """`capacity` slots used round and round; the three indices count entries since the start of the run.
+
+    The capacity is how far the interpreter may be ahead. It decides when the robot learns of its path, not
+    what the path is: where it does not even reach to the next corner, the buffer is widened.
+    """
 
     def __init__(self, capacity: int) -> None:
         self._slots: list[Entry | None] = [None] * capacity
@@ -36,6 +40,13 @@ class MotionBuffer:
     @property
     def full(self) -> bool:
         return self.fill == len(self._slots)
+
+    def widen(self) -> None:
+        """One slot more: what is in the buffer cannot be planned without knowing what follows."""
+        kept = [entry for entry in self._slots if entry is not None]
+        self._slots = [None] * (len(self._slots) + 1)
+        for entry in kept:
+            self._slots[entry.number % len(self._slots)] = entry
 
     def put(self, call: Call) -> bool:
         """Interpreter: append `call`; False when there is no free slot."""

@@ -27,6 +27,9 @@ _ROUNDING: Final = 4e-15
 let what is straight be seen as straight."""
 
 
+_FIRST_CAPACITY: Final = 64
+
+
 def _lobatto(degree: int) -> Floats:
     return -np.cos(np.pi * np.arange(degree + 1) / degree)
 
@@ -89,53 +92,69 @@ def residual(coeffs: Floats) -> Floats:
     return tail
 
 
+class _Rows:
+    """Rows of an array that grow at the end and go at the start, both in amortised constant time."""
+
+    def __init__(self, *shape: int) -> None:
+        self._array = np.empty((_FIRST_CAPACITY, *shape))
+        self._first = self._end = 0
+
+    @property
+    def rows(self) -> Floats:
+        """The rows there are; a view."""
+        return self._array[self._first : self._end]
+
+    def append(self, rows: Floats) -> None:
+        """Add rows at the end."""
+        if self._end + len(rows) > len(self._array):
+            kept = self.rows
+            grown = np.empty((2 * (len(kept) + len(rows)), *kept.shape[1:]))
+            grown[: len(kept)] = kept
+            self._array, self._first, self._end = grown, 0, len(kept)
+        self._array[self._end : self._end + len(rows)] = rows
+        self._end += len(rows)
+
+    def drop(self, count: int) -> None:
+        """Drop rows at the start."""
+        self._first += count
+
+
 class Cells:
     """A function R → R^m on consecutive cells; grows at the end, may be forgotten from the start."""
 
     def __init__(self, axes: int) -> None:
         self._axes = axes
-        self._starts = np.empty(0)
-        self._widths = np.empty(0)
-        self._orders = [np.empty((0, DEGREE + 1, axes)) for _ in range(4)]
-        self._fresh: list[tuple[Floats, Floats, Floats]] = []
+        self._starts, self._widths = _Rows(), _Rows()
+        self._orders = [_Rows(DEGREE + 1, axes) for _ in range(4)]
 
     def append(self, starts: Floats, widths: Floats, coeffs: Floats) -> None:
         """Add cells at the end: starts (C,), widths (C,), coefficients (C, D+1, m)."""
-        self._fresh.append((starts, widths, coeffs))
+        self._starts.append(starts)
+        self._widths.append(widths)
+        for order in self._orders:
+            order.append(coeffs)
+            coeffs = np.einsum("kn,cnm->ckm", _DERIVE, coeffs, optimize=False) * (2.0 / widths)[:, None, None]
 
     def forget(self, s: float) -> None:
         """Drop the cells that end before s."""
-        self._settle()
-        keep = max(0, int(np.searchsorted(self._starts, s, side="right")) - 1)
-        if keep:
-            self._starts, self._widths = self._starts[keep:], self._widths[keep:]
-            self._orders = [c[keep:].copy() for c in self._orders]
+        count = max(0, int(np.searchsorted(self._starts.rows, s, side="right")) - 1)
+        for rows in (self._starts, self._widths, *self._orders):
+            rows.drop(count)
 
     def evaluate(self, s: Floats, orders: tuple[int, ...] = (0,)) -> list[Floats]:
         """Derivatives of the asked orders (0 … 3) at s (N,), each (N, m)."""
-        self._settle()
-        cell = np.clip(np.searchsorted(self._starts, s, side="right") - 1, 0, len(self._starts) - 1)
-        x = np.clip(2.0 * (s - self._starts[cell]) / self._widths[cell] - 1.0, -1.0, 1.0)
+        starts, widths = self._starts.rows, self._widths.rows
+        cell = np.clip(np.searchsorted(starts, s, side="right") - 1, 0, len(starts) - 1)
+        x = np.clip(2.0 * (s - starts[cell]) / widths[cell] - 1.0, -1.0, 1.0)
         basis = _polynomials(x)
         runs = np.concatenate(([0], np.flatnonzero(np.diff(cell)) + 1, [len(s)]))
         results = [np.empty((len(s), self._axes)) for _ in orders]
+        coeffs = [self._orders[k].rows for k in orders]
         for first, last in itertools.pairwise(runs.tolist()):
             number = cell[first]
-            for k, result in zip(orders, results, strict=True):
-                np.matmul(basis[first:last], self._orders[k][number], out=result[first:last])
+            for order, result in zip(coeffs, results, strict=True):
+                np.matmul(basis[first:last], order[number], out=result[first:last])
         return results
-
-    def _settle(self) -> None:
-        """Take appended cells over in one go: growing arrays piece by piece would cost n²."""
-        if not self._fresh:
-            return
-        starts, widths, coeffs = (np.concatenate([f[k] for f in self._fresh]) for k in range(3))
-        self._fresh = []
-        self._starts = np.concatenate((self._starts, starts))
-        self._widths = np.concatenate((self._widths, widths))
-        for k in range(4):
-            self._orders[k] = np.concatenate((self._orders[k], coeffs))
-            coeffs = np.einsum("kn,cnm->ckm", _DERIVE, coeffs, optimize=False) * (2.0 / widths)[:, None, None]
 
 
 def _polynomials(x: Floats) -> Floats:

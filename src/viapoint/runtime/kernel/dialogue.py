@@ -75,6 +75,11 @@ class Dialogue:
         """Source line the interpreter has reached; 0 before it runs."""
         return self._interpreter.line if self._interpreter is not None else 0
 
+    @property
+    def lacks_room(self) -> bool:
+        """Whether the interpreter waits for a free slot and for nothing else."""
+        return isinstance(self._suspension, BufferFull)
+
     # --- ports ---------------------------------------------------------------------------------------
 
     def submit(self, call: Call) -> bool:

@@ -267,6 +267,8 @@ class Kernel:
             elif entry is not None and self._set_out(entry):
                 self.state = State.MOVING
                 return
+            elif self.planner.undecided and self.dialogue.lacks_room:
+                self._buffer.widen()
             elif self.planner.undecided:
                 self.planner.stop()
             else:

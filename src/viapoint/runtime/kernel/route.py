@@ -115,10 +115,11 @@ class Route:
 
     def speed_bound(self, s: Floats) -> Floats:
         """Programmed bound (N,) on the rate of s."""
-        k = np.clip(np.searchsorted(self._bounds_at, s, side="right") - 1, 0, len(self._rules) - 1)
-        first, last = int(k.min()), int(k.max()) + 1
-        rules = np.asarray(self._rules[first:last])[k - first]
-        joint_space = np.asarray(self._joint_space[first:last])[k - first]
+        first = max(0, bisect.bisect_right(self._bounds_at, float(s.min())) - 1)
+        last = max(first + 1, bisect.bisect_right(self._bounds_at, float(s.max())))
+        k = np.searchsorted(np.asarray(self._bounds_at[first + 1 : last]), s, side="right")
+        rules = np.asarray(self._rules[first:last])[k]
+        joint_space = np.asarray(self._joint_space[first:last])[k]
         return rate_bounds(rules, joint_space, self.axes.rates(s))
 
     def forget(self, s: float, tag: int) -> None:
