@@ -7,7 +7,7 @@ import pytest
 import ruckig
 from timing_curves import Waves, constant, limits, line, peaks, random_waves, steps
 
-from viapoint.runtime.timing import AxisLimits, TimeLaw, TimingError, plan
+from viapoint.runtime.timing import PROGRAMMED_SPEED, AxisLimits, TimeLaw, TimingError, plan
 
 ROUNDING = 1e-6
 
@@ -156,6 +156,17 @@ def test_a_law_is_the_same_for_any_batch_and_its_inverse_fits() -> None:
     later = law.without_past(0.6)
     assert np.array_equal(later.at(t[t > 0.6]), law.at(t[t > 0.6]))
     assert len(later.t) < len(law.t)
+
+
+def test_what_limits_a_law_is_told() -> None:
+    curve = Waves(np.array([1.0, 0.0]), *(np.array([[0.0, x]]) for x in (0.2, 9.0, 0.0)))
+    lim = AxisLimits(np.array([9.0, 9.0]), np.array([3.0, 6.0]), np.array([100.0, 500.0]))
+    law = plan(curve, lim, steps([1.0], [5.0, 0.1]), s_start=0.0, s_end=2.0, tick=1e-3)
+    assert law.limited_by(1.5) == PROGRAMMED_SPEED
+    assert law.limited_by(1e-3) == 0
+    assert law.limited_by(np.pi / 18.0 * 3.0) == 1
+    straight = plan(line(1.0, 2.0), lim, constant(0.3), s_start=0.0, s_end=1.0, tick=1e-3)
+    assert list(straight.limited_by([1e-4, 0.5])) == [0, PROGRAMMED_SPEED]
 
 
 class Jumping(Waves):

@@ -122,7 +122,10 @@ class TimeLaw:
         return replace(self, t0=t0)
 
     def without_past(self, t: float) -> TimeLaw:
-        """The same law without the pieces that end before time t of the clock: they cannot be asked again."""
+        """The same law without the pieces that end before time t of the clock: they cannot be asked again.
+
+        To be extended later, a law needs its last four ticks before the commit time.
+        """
         k = int(np.searchsorted(self.t, t - self.t0, side="right")) - 1
         k = min(max(k, 0), len(self.width) - 1)
         if k == 0:

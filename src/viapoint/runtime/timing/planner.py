@@ -18,6 +18,7 @@ from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.estimate import Estimate, estimate
 from viapoint.runtime.timing.law import Quality, TimeLaw
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
+from viapoint.runtime.timing.report import of_profile
 from viapoint.runtime.timing.search import (
     JERK_ALLOWED,
     Joint,
@@ -121,8 +122,12 @@ def _exact(ask: Request, est: Estimate, state: State, t0: float, joint: Joint | 
     s, q = set_points(ask, law, 0.0 if joint is None else joint.t)
     speed = np.where(s[:-1] >= state.s, np.diff(s) / (ask.tick * est.straight.bound), 0.0)
     peaks = ratios(ask, q, speed).peaks
+    if not within(peaks):
+        return None
+    codes = of_profile(est.straight, ask.limits, knots)
+    before = law.limiter[: len(law.limiter) - len(codes)]
     law = judged(law, Quality("exact", passes=1, peaks=peaks))
-    return law if within(peaks) else None
+    return replace(law, limiter=np.concatenate((before, codes)))
 
 
 def _stretch(ask: Request, law: TimeLaw) -> TimeLaw:
@@ -137,7 +142,8 @@ def _stretch(ask: Request, law: TimeLaw) -> TimeLaw:
             break
         slower = _slowed(law, factor)
         s, q = set_points(ask, slower, 0.0)
-        speed_ratio = np.diff(s) / (ask.tick * np.minimum(ask.bound(s)[1:], ask.bound(s)[:-1]))
+        bound = ask.bound(s)
+        speed_ratio = np.diff(s) / (ask.tick * np.minimum(bound[1:], bound[:-1]))
         peaks = ratios(ask, q, speed_ratio).peaks
         if within(peaks):
             quality = Quality(law.quality.method, law.quality.iterations, law.quality.passes, factor, peaks)

@@ -43,6 +43,7 @@ class Rows:
     right: Band  # (m, n) each: at the right end
     inverse_max: Floats  # (n,) 1/bound of c
     knot_max: Floats  # (n+1,) bound of x at the knots; inf: none
+    axis_speed: Floats  # (m, n) ratio of the axes' speeds to their limits at ṡ = 1
     programmed: Floats  # (n,) programmed speed of the pieces
 
 
@@ -94,7 +95,8 @@ def build(
     """
     lo, hi, above, below = _acceleration(spline, first, second, limits)
     left, right = _jerk(spline, first, second, in_jerk * JERK_PART)
-    inverse_max = 1.0 / _speed(spline, first, second, limits, programmed) ** 2
+    axis_speed = _axis_speed(spline, first, second, limits)
+    inverse_max = (np.maximum(axis_speed.max(axis=0, initial=0.0), 1.0 / programmed) / SPEED_PART) ** 2
     with np.errstate(divide="ignore"):
         knot_max = 1.0 / np.maximum(
             np.append(inverse_max[:1], inverse_max), np.append(inverse_max, inverse_max[-1:])
@@ -107,7 +109,7 @@ def build(
             rows[:, : spline.fixed] = 0.0
         for rows in (*left, *right):
             rows[:, 0] = 0.0
-    return Rows(spline, lo, hi, above, below, left, right, inverse_max, knot_max, programmed)
+    return Rows(spline, lo, hi, above, below, left, right, inverse_max, knot_max, axis_speed, programmed)
 
 
 def _acceleration(
@@ -157,14 +159,11 @@ def _jerk(spline: Spline, first: Floats, second: Floats, limit: Floats) -> tuple
     return left, right
 
 
-def _speed(spline: Spline, first: Floats, second: Floats, limits: AxisLimits, programmed: Floats) -> Floats:
-    """Bound of ṡ (n,) on the pieces: programmed, and every axis's at both ends and the middle."""
+def _axis_speed(spline: Spline, first: Floats, second: Floats, limits: AxisLimits) -> Floats:
+    """Largest |q′| over the limit (m, n): at both ends of the pieces and in the middle."""
     middle = 0.5 * (first[1:] + first[:-1]) - 0.125 * spline.width[:, None] * np.diff(second, axis=0)
-    fastest = np.maximum(np.maximum(np.abs(first[1:]), np.abs(first[:-1])), np.abs(middle))
-    with np.errstate(divide="ignore"):
-        axes = 1.0 / (fastest / limits.speed).max(axis=1, initial=0.0)
-    bound: Floats = SPEED_PART * np.minimum(axes, programmed)
-    return bound
+    ends = np.abs(first)
+    return _by_axis(np.maximum(np.maximum(ends[1:], ends[:-1]), np.abs(middle)) / limits.speed)
 
 
 def _bound_rest(spline: Spline, first: Floats, jerk: Floats, inverse_max: Floats) -> None:

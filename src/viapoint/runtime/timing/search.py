@@ -16,6 +16,7 @@ from viapoint.runtime.timing import solver
 from viapoint.runtime.timing.core import chosen
 from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.law import UNLIMITED, Knots, Quality, TimeLaw, hermite
+from viapoint.runtime.timing.report import of_rows
 from viapoint.runtime.timing.rows import Tightening, tightened
 from viapoint.runtime.timing.section import Plan, Request, Section, State
 from viapoint.runtime.timing.ticks import Ratios
@@ -107,7 +108,17 @@ class Search:
             c = self._solve(c, factors, _FINALLY)
             if c is not None:
                 law, s, r = self._judge(c, factors)
-        return law
+        return self._reported(law)
+
+    def _reported(self, law: TimeLaw) -> TimeLaw:
+        """The law with what limits its pieces; rest pieces are as their neighbours."""
+        if law.plan is None:
+            return law
+        c = law.plan.c
+        codes = of_rows(self.section.rows, tightened(self.section.rows, law.plan.tightening, c), c)
+        before = codes[:1] if self.joint is None else self.joint.law.limiter[: self.joint.pieces]
+        codes = codes if self.joint is None else codes[1:]
+        return replace(law, limiter=np.concatenate((before, codes, codes[-1:])))
 
     def _solve(self, c: Floats, factors: Tightening, tolerance: float) -> Floats | None:
         """Better coefficients; None if the rows contradict each other (tightened against a given start)."""
