@@ -194,7 +194,11 @@ class AxisPath:
         where = "at its start" if w <= 0.0 else f"after {w * 1e3:.1f} mm"
         if stretch.curve.space is Space.JOINT:
             return PlanningError(
-                "E305", f"the joint move does not start where the path ends, {where}", stretch.line
+                "E305",
+                "the round edge does not lead into this joint move: within it the joint move passes a singular "
+                "pose into another configuration",
+                stretch.line,
+                "make R of the motion before smaller, or leave it out",
             )
         return PlanningError(
             "E304",

@@ -42,6 +42,9 @@ from viapoint.vm.ports import (
 _FORGET_EVERY: Final = 64
 """Motions after which the route behind the robot is dropped: seldom, since it moves arrays."""
 
+_MOST_WITHOUT_TIME: Final = 1000
+"""Motions of zero length that may end in one tick; a loop of them would never end."""
+
 _ARRIVED: Final = 1e-10
 """m of path within which two places are one: rounding of summed lengths."""
 
@@ -98,6 +101,9 @@ class Kernel:
         self._block_tick = 0  # tick and travelled length at which the current block began
         self._block_length = 0.0
         self._block_s = 0.0
+        self._motions = 0  # finished since the route was last forgotten
+        self._kept = (0.0, 0, 0)  # s, motion and tick from which it is kept the next time
+        self._without_time = (0, 0)  # tick of the last motion, and how many ended in it
         self._last_s = 0.0  # s in the last tick computed
         self.telemetry = Telemetry(cell, q)
 
@@ -136,9 +142,18 @@ class Kernel:
 
     def advance(self, ticks: int) -> Window:
         """Let at least one and at most `ticks` ticks pass; ends early where something happens."""
+        if self._motions >= _FORGET_EVERY:
+            self._forget()
         if self.state is State.MOVING:
             return self._move(ticks)
         return self._stand(ticks)
+
+    def _forget(self) -> None:
+        """Drop the path that lies a good many motions behind: nothing looks back so far."""
+        s, number, tick = self._kept
+        self.planner.route.forget(s, number)
+        self.mover.forget(tick)
+        self._motions, self._kept = 0, (self._block_s, self._buffer.generator, self._block_tick)
 
     def _stand(self, ticks: int) -> Window:
         first = self.tick + 1
@@ -237,7 +252,7 @@ class Kernel:
 
     def _look_ahead(self) -> bool:
         """Blocks were finished while moving: interpreter and planner go on; True if the law changed."""
-        while self._interpret() or self.planner.plan():
+        while self._interpret() or self.planner.plan(self.mover.wanted):
             pass
         return not self._halted and self.mover.extend(self.tick)
 
@@ -253,7 +268,7 @@ class Kernel:
             entry = None if self._dwell_until is not None else self._front()
             if entry is not None and self._reached(entry):
                 self._execute(entry)
-            elif self._interpret() or self.planner.plan():
+            elif self._interpret() or self.planner.plan(self.mover.wanted):
                 pass
             elif self._dwell_until is not None:
                 self.state = State.DWELLING
@@ -329,6 +344,7 @@ class Kernel:
         match call:
             case Motion():
                 self._finish_block(call, entry.number)
+                self._check_progress(call)
             case SetOutput(line=line, index=index, value=value):
                 self.world.write_output(index, value, self.tick)
                 self.trace.emit("output", line, signal=f"DO{index}", value=value, s_mm=self._travelled_mm())
@@ -340,7 +356,7 @@ class Kernel:
                 self.trace.emit("m", line, index=index, action="raised")
                 self.dialogue.raise_m(call)
             case Dwell(line=line, seconds=seconds):
-                ticks = self.world.ticks(seconds)
+                ticks = max(self.world.ticks(seconds), 1) if seconds > 0.0 else 0
                 self._dwell_until = self.tick + ticks if ticks else None
                 until = self.trace.time_of(self.tick + ticks)
                 self.trace.emit("wait", line, t_end=until, reason=f"{seconds:g} s")
@@ -369,9 +385,16 @@ class Kernel:
             s0_mm=self._block_length / MM,
             limited_by=self.mover.limited_by(self._block_tick, self.tick),
         )
-        if tag % _FORGET_EVERY == 0:
-            self.planner.route.forget(self._block_s, tag)
+        self._motions += 1
         self._block_tick, self._block_length, self._block_s = self.tick, length, place
+
+    def _check_progress(self, motion: Motion) -> None:
+        """Motions that take no time may follow one another, but not for ever."""
+        tick, count = self._without_time
+        self._without_time = (self.tick, count + 1 if tick == self.tick else 1)
+        if count > _MOST_WITHOUT_TIME:
+            what = f"the program goes round in a loop through line {motion.line} whose motions have no length"
+            raise ExecutionError("E412", what, motion.line)
 
     def _fail(self, failure: MotionError | None) -> None:
         if failure is not None:

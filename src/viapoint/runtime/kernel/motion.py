@@ -75,6 +75,11 @@ class Mover:
         self._per_stopping_speed = 1.0 / path.acceleration
         self._stopping = 0.5 * path.speed**2 / path.acceleration + path.speed * path.acceleration / path.jerk
 
+    @property
+    def wanted(self) -> float:
+        """s up to which the route should be known for the law to be as fast as the limits allow."""
+        return self.s + _STOPPING_SHARE * self._stopping
+
     def start(self, tick: int, line: int) -> bool:
         """From rest at `tick`: plan a law along what is known of the route; False if nothing is.
 
@@ -121,6 +126,11 @@ class Mover:
                 return True
             distance *= _HALT_GROWTH
         return False
+
+    def forget(self, tick: int) -> None:
+        """Drop what the law says of the time before `tick`: otherwise a path without stops adds up."""
+        if self.law is not None:
+            self.law = self.law.without_past(self._clock.time(tick))
 
     def _replan(self, law: TimeLaw, tick: int, end: float) -> bool:
         try:

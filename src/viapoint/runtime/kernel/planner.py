@@ -9,6 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
 
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
@@ -18,6 +21,9 @@ from viapoint.runtime.kernel.route import Route
 from viapoint.runtime.path import Chain, GeometryError, Piece, Transition
 from viapoint.runtime.records import Floats
 from viapoint.vm.ports import Barrier, Dwell, End, Motion, RaiseM, SelectTool, SetOutput, Tangent, Track
+
+_BATCH: Final = 32
+"""Entries planned at a time, and at least ahead of the robot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,12 +62,17 @@ class Planner:
         """Whether the last motion waits to know what comes after it."""
         return self._open is not None
 
-    def plan(self) -> bool:
-        """Plan all that the buffer holds; True if there was anything."""
-        if self.failure is not None or self._buffer.to_plan() is None:
+    def plan(self, s: float = np.inf) -> bool:
+        """Plan what the buffer holds, as far as a robot that shall see the route up to `s` needs it.
+
+        True if there was anything to plan. A batch of entries is planned at a time, since many at once
+        cost less than one by one.
+        """
+        if self.failure is not None or self._buffer.to_plan() is None or self._sees(s):
             return False
         try:
-            while (entry := self._buffer.to_plan()) is not None:
+            batch = self._buffer.planner + _BATCH if np.isfinite(s) else None
+            while (entry := self._buffer.to_plan()) is not None and entry.number != batch:
                 self._plan(entry)
                 self._buffer.planned()
         except MotionError as error:
@@ -69,6 +80,9 @@ class Planner:
         else:
             self._lay()
         return True
+
+    def _sees(self, s: float) -> bool:
+        return self._buffer.planner - self._buffer.generator >= _BATCH and self.route.end >= s
 
     def stop(self) -> None:
         """Nothing more will come for now: the path stops exactly at the end of the last motion."""

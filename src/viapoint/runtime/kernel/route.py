@@ -99,7 +99,7 @@ class Route:
 
     def travelled(self, s: float) -> float:
         """TCP length from the start of the route to s, m."""
-        return float(self.axes.everything(np.array([s]))[0, -2])
+        return float(self.axes.everything(np.array([s]))[0, -2]) if self.end > 0.0 else 0.0
 
     def next_stop(self, s: float) -> float | None:
         """The first exact stop beyond s, if it is known."""
