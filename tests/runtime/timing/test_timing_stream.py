@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from timing_curves import Waves, constant, limits, line, peaks, random_waves, steps
 
-from viapoint.runtime.timing import AxisLimits, SpeedBound, TimeLaw, extend, plan
+from viapoint.runtime.timing import AxisLimits, SpeedBound, TimeLaw, extend, halt, plan
 
 TICK = 1e-3
 
@@ -106,6 +106,23 @@ def test_forgetting_the_past_changes_nothing_ahead() -> None:
     t = np.arange(0.5, laws[0].t_end, TICK)
     assert np.array_equal(laws[0].at(t), laws[1].at(t))
     assert len(laws[1].t) < len(laws[0].t)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_halting_at_any_tick_keeps_limits(seed: int) -> None:
+    print(f"seed {seed}")
+    rng = np.random.default_rng(seed)
+    curve, lim = random_waves(seed + 70, 5, 4.0), limits(5, 2.0, 6.0, (60.0, 400.0)[seed % 2])
+    law = plan(curve, lim, constant(0.8), s_start=0.0, s_end=4.0, tick=TICK)
+    for k in rng.integers(50, int(0.8 * law.duration / TICK), 4):
+        halted = halt(law, curve, lim, constant(0.8), tick=TICK, commit_time=float(k) * TICK)
+        assert halted is not None, f"tick {k}"
+        sent = np.arange(k + 1) * TICK
+        assert np.array_equal(law.at(sent), halted.at(sent))
+        assert halted.s_end < law.s_end
+        speed, acceleration, jerk = peaks(halted, curve, lim, TICK)
+        assert max(speed, acceleration) <= 1.0 + 1e-6
+        assert jerk <= 1.05
 
 
 def test_before_its_start_and_after_its_end() -> None:

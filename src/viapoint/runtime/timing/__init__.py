@@ -7,7 +7,7 @@ from viapoint.runtime.timing.curve import AxisCurve
 from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.law import PROGRAMMED_SPEED, UNLIMITED, Quality, TimeLaw
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
-from viapoint.runtime.timing.planner import extend, plan
+from viapoint.runtime.timing.planner import extend, halt, plan
 
 __all__ = [
     "PROGRAMMED_SPEED",
@@ -19,5 +19,6 @@ __all__ = [
     "TimeLaw",
     "TimingError",
     "extend",
+    "halt",
     "plan",
 ]

@@ -41,6 +41,20 @@ def profile(line: StraightLine, limits: AxisLimits, state: State, s_end: float, 
     return _knots(found, state, s_end)
 
 
+def stopping_distance(line: StraightLine, limits: AxisLimits, state: State, tick: float) -> float:
+    """Distance in which the state comes to rest on a straight line of these rates: a first guess elsewhere."""
+    _, up, down, jerk = _along(line, limits, 1.0, tick)
+    ask = ruckig.InputParameter(1)
+    ask.control_interface = ruckig.ControlInterface.Velocity
+    ask.current_position, ask.current_velocity, ask.current_acceleration = [0.0], [state.v], [state.a]
+    ask.target_velocity, ask.target_acceleration = [0.0], [0.0]
+    ask.max_acceleration, ask.min_acceleration, ask.max_jerk = [up], [-down], [jerk]
+    found = ruckig.Trajectory(1)
+    ruckig.Ruckig(1).calculate(ask, found)
+    (end,), _, _ = found.at_time(found.duration)
+    return float(end)
+
+
 def _along(
     line: StraightLine, limits: AxisLimits, length: float, tick: float
 ) -> tuple[float, float, float, float]:

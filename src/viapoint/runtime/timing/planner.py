@@ -15,7 +15,7 @@ import numpy as np
 from viapoint.runtime.timing import exact
 from viapoint.runtime.timing.curve import AxisCurve
 from viapoint.runtime.timing.errors import TimingError
-from viapoint.runtime.timing.estimate import Estimate, estimate
+from viapoint.runtime.timing.estimate import Estimate, StraightLine, estimate
 from viapoint.runtime.timing.law import Quality, TimeLaw
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 from viapoint.runtime.timing.report import of_profile
@@ -31,6 +31,15 @@ from viapoint.runtime.timing.search import (
     within,
 )
 from viapoint.runtime.timing.section import Request, State, continued, from_rest
+
+_CUT_AFTER: Final = 1e-3
+"""Part of a tick after the commit time at which a law may be cut: the tick itself stays as it is."""
+
+_HALT_DELAYS: Final = (0.0, 0.004, 0.012, 0.030, 0.060)
+"""s after the commit time at which halts are tried."""
+
+_HALT_FACTORS: Final = (1.02, 1.1, 1.25, 1.5, 2.0, 3.0)
+"""Stopping distances tried, in units of that of a straight line."""
 
 _STRETCHES: Final = 60
 _STRETCH_MARGIN: Final = 1.002
@@ -79,7 +88,7 @@ def extend(
     _require(law.s_start, s_end, tick)
     if commit_time <= law.t0:
         return plan(curve, limits, speed_bound, s_start=law.s_start, s_end=s_end, tick=tick, t0=law.t0)
-    joint = _joint(law, commit_time - law.t0)
+    joint = _joint(law, commit_time - law.t0 + _CUT_AFTER * tick, at_once=s_end < law.s_end)
     if joint is None or joint.state.s >= s_end:
         return None
     ask = Request(curve, limits, speed_bound, s_end, tick)
@@ -87,21 +96,54 @@ def extend(
     exact_law = _exact(ask, est, joint.state, law.t0, joint)
     if exact_law is not None:
         return exact_law
-    section = continued(ask, est, joint.state, law.plan, joint.pieces)
+    section = continued(ask, est, joint.state, joint.plan, joint.pieces)
     found = Search(ask, section, law.t0, joint).run()
     return found if within(found.quality.peaks) else None
 
 
-def _joint(law: TimeLaw, since: float) -> Joint | None:
-    """Where to cut: at the first knot from `since` on if its spline can go on, else exactly there."""
-    k = int(np.searchsorted(law.t, since, side="left"))
-    if k >= len(law.t) - 1 and (law.plan is not None or since >= law.duration):
+def halt(
+    law: TimeLaw,
+    curve: AxisCurve,
+    limits: AxisLimits,
+    speed_bound: SpeedBound,
+    *,
+    tick: float,
+    commit_time: float,
+) -> TimeLaw | None:
+    """`law` brought to rest soon after commit_time, before its own end; bit-identical until then.
+
+    Growing stopping distances are tried, from that of a straight line on; where none keeps all limits (the
+    law uses them up just then), a little later. None: the law's own end is the nearest rest that was found.
+    """
+    for delay in _HALT_DELAYS:
+        joint = _joint(law, commit_time - law.t0 + delay, at_once=True)
+        if joint is None:
+            return None
+        state = joint.state
+        rates = np.abs(curve.derivatives(np.array([state.s]))[0][0])
+        shortest = exact.stopping_distance(StraightLine(rates, math.inf), limits, state, tick)
+        for factor in _HALT_FACTORS:
+            s_end = state.s + max(shortest, state.v * tick) * factor
+            if s_end >= law.s_end:
+                break
+            found = extend(
+                law, curve, limits, speed_bound, s_end=s_end, tick=tick, commit_time=commit_time + delay
+            )
+            if found is not None:
+                return found
+    return None
+
+
+def _joint(law: TimeLaw, since: float, at_once: bool) -> Joint | None:
+    """Where to cut: at the first knot from `since` on if its spline can go on, else (or `at_once`) there."""
+    if since >= law.duration:
         return None
-    if law.plan is not None:
+    k = int(np.searchsorted(law.t, since, side="left"))
+    if law.plan is not None and not at_once:
         state = State(float(law.s[k]), float(law.v[k]), float(law.a[k]))
-        return Joint(law, k, float(law.t[k]), state)
+        return Joint(law, k, float(law.t[k]), state, law.plan) if k < len(law.t) - 1 else None
     s, v, a = (float(x[0]) for x in law.since_start(np.array([since])))
-    return Joint(law, k, since, State(s, v, a)) if v > 0.0 else None
+    return Joint(law, k, since, State(s, v, a), None) if v > 0.0 else None
 
 
 def _require(s_start: float, s_end: float, tick: float) -> None:

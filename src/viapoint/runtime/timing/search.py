@@ -41,12 +41,16 @@ _VIOLATION_OF_SENSE: Final = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """Where new law hangs on: the old law, how many of its pieces stay, time since t0 and state there."""
+    """Where new law hangs on: the old law, how many of its pieces stay, time since t0 and state there.
+
+    `plan` is the old law's, if the cut is at one of its knots.
+    """
 
     law: TimeLaw
     pieces: int
     t: float
     state: State
+    plan: Plan | None
 
 
 def within(peaks: tuple[float, float, float]) -> bool:

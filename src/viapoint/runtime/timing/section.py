@@ -32,6 +32,9 @@ _STOP_SHARE: Final = 0.25
 _BRAKING_SHARE: Final = 0.6
 """Part of the estimated speed below which a plan is taken to brake for its old end."""
 
+_TOO_FAST: Final = 1.3
+"""Part of the estimated speed above which a plan does not brake for a nearer end."""
+
 _NEXT_WIDTH: Final = 0.6
 """First new knot after kept ones, in widths of the last kept piece."""
 
@@ -132,12 +135,14 @@ def continued(ask: Request, est: Estimate, state: State, old: Plan | None, piece
 
 
 def _still_good(est: Estimate, old: Plan, first: int) -> int:
-    """Last knot of the old plan before it brakes for its end: behind, its knots lie too dense."""
+    """Last knot of the old plan that fits the new estimate: where the old one brakes, its knots lie too dense."""
     x, _ = old.spline.at_knots(old.c)
     knots = old.spline.knots
-    slow = np.sqrt(np.maximum(x, 0.0)) < _BRAKING_SHARE * np.interp(knots, est.s, est.v)
-    good = np.flatnonzero(~slow[first:-1])
-    return first + int(good[-1]) if good.size else first
+    v, estimated = np.sqrt(np.maximum(x, 0.0)), np.interp(knots, est.s, est.v)
+    good = np.flatnonzero(v[first:-1] >= _BRAKING_SHARE * estimated[first:-1])
+    last = first + int(good[-1]) if good.size else first
+    too_fast = np.flatnonzero((v[first:] > _TOO_FAST * estimated[first:]) | (knots[first:] >= est.s[-1]))
+    return min(last, first + int(too_fast[0]) - 1) if too_fast.size else last
 
 
 def _resumed(section: Section, old: Plan, first: int, last: int) -> Section:
