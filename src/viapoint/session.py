@@ -126,7 +126,8 @@ def _load_compiled(path: Path) -> Loaded:
 class Session:
     """One run of one program on one cell, with simulated drives and signals.
 
-    `max_time` (s) and `cycles` (passes of the main program's endless loop) end endless programs.
+    `max_time` (s) and `cycles` (passes of the main program's endless loop) end endless programs;
+    `last_line` is the last one executed. With `step` every motion ends in an exact stop.
     `window` is the most ticks computed at once; it has no influence on the result. A session runs once.
     """
 
@@ -140,6 +141,7 @@ class Session:
         window: int = DEFAULT_WINDOW,
         max_time: float | None = None,
         cycles: int | None = None,
+        last_line: int | None = None,
         step: bool = False,
         dry_run: bool = False,
         patient: bool = False,
@@ -154,9 +156,8 @@ class Session:
         self._last_tick = None if max_time is None else round(max_time / cell.tick)
         self._world = SignalWorld(cell, scenario, cell.tick, dry_run=dry_run)
         self.kernel = Kernel(cell, self._world, self._hear, override=override, stepping=step, patient=patient)
-        self._machine = Machine(
-            program.program, self.kernel.dialogue, self.kernel.dialogue, max_cycles=cycles
-        )
+        ports = self.kernel.dialogue
+        self._machine = Machine(program.program, ports, ports, max_cycles=cycles, last_line=last_line)
         self._wall = 0.0
 
     def run(self) -> Iterator[Window]:

@@ -125,6 +125,8 @@ COMMANDS = (
             CELL,
             SCENARIO,
             *LIMITS,
+            _option("--to", metavar="N", type=_whole, help="end the run when line N has been executed"),
+            _option("--step", action="store_true", help="exact stop after every motion, as in stepping"),
             _option("--override", metavar="P", type=_percent, default=100.0, help="override in percent"),
             _option("--record", metavar="OUT.mcap", type=_path, help="write a recording"),
             _option("--dry-run", action="store_true", help="hold the cell's process outputs off"),

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 # Options that change what a run does; a recording names these and no others, so that the same run
 # writes the same bytes wherever it is written to.
-TELLING = ("cell", "scenario", "override", "max_time", "cycles", "dry_run", "drives")
+TELLING = ("cell", "scenario", "override", "max_time", "cycles", "to", "step", "dry_run", "drives")
 OUTLINE = 17  # points of a curved piece of path in the scene
 STRAIGHT = 1e-5  # m; pieces this near to their chord are drawn as two points
 DEFAULTS = {"override": 100.0, "drives": "ideal"}
@@ -116,6 +116,8 @@ class _Job:
             window=getattr(chosen, "window", 1024),
             max_time=chosen.max_time,
             cycles=chosen.cycles,
+            last_line=getattr(chosen, "to", None),
+            step=getattr(chosen, "step", False),
             dry_run=getattr(chosen, "dry_run", False),
             listeners=listeners,
         )

@@ -83,11 +83,17 @@ class Machine:
     """Runs `program`; `run` returns each time it must wait, and is called again to resume.
 
     `max_cycles` ends an endless program after so many passes of its main loop (`cycles.main_loop`): at the
-    jump back that completes the last of them.
+    jump back that completes the last of them. `last_line` ends any program when it leaves that line.
     """
 
     def __init__(
-        self, program: Program, motion: MotionPort, world: WorldPort, *, max_cycles: int | None = None
+        self,
+        program: Program,
+        motion: MotionPort,
+        world: WorldPort,
+        *,
+        max_cycles: int | None = None,
+        last_line: int | None = None,
     ) -> None:
         self._program = program
         self._motion = motion
@@ -106,7 +112,8 @@ class Machine:
         self._cycles_left = max_cycles
         self._main_loop = main_loop(program) if max_cycles is not None else None
         self.cut_short = False
-        """Whether `max_cycles` ended the program."""
+        """Whether `max_cycles` or `last_line` ended the program."""
+        self._last_line = last_line
 
     @property
     def line(self) -> int:
@@ -144,6 +151,8 @@ class Machine:
                 return suspension
         while True:
             step = self._steps.get(self._address) or self._prepare(self._address)
+            if self._line == self._last_line != step.line:
+                return self._cut(self._line)
             self._line = step.line
             self._work += 1
             if self._work > self._work_limit:
@@ -161,6 +170,13 @@ class Machine:
             suspension = self._submit(outcome)
             if suspension is not None:
                 return suspension
+
+    def _cut(self, line: int) -> Suspension:
+        """End here, before the program's own end."""
+        self.cut_short = True
+        suspension = self._submit(End(line=line))
+        assert suspension is not None, "an end is waited for, or ends"
+        return suspension
 
     def _prepare(self, address: int) -> _Step:
         decoded = decode(self._program.code, address)
