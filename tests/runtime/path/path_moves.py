@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from whole_path import Path
 
-from viapoint.runtime.path import Chain, Corner, Move, MoveKind, Path, Piece, Pose, Poses
+from viapoint.runtime.path import Chain, Corner, Move, MoveKind, Piece, Pose, Poses
 
 TOLERANCE = 2e-5
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from path_moves import circle, joint, line, path_of, pose, position_only, rotation, run, spline
+from whole_path import Path
 
-from viapoint.runtime.path import Chain, Corner, Move, Path
+from viapoint.runtime.path import Chain, Corner, Move
 
 Q0 = np.array([0.1, -0.3, 0.4, 0.2, 0.9, 0.1])
 

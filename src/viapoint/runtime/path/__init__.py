@@ -4,7 +4,6 @@ from viapoint.runtime.path.chain import Chain, Mark, Transition
 from viapoint.runtime.path.corners import Reason
 from viapoint.runtime.path.errors import GeometryError
 from viapoint.runtime.path.moves import Corner, Move, MoveKind, Pose, Poses, Space
-from viapoint.runtime.path.path import Path
 from viapoint.runtime.path.piece import Piece
 from viapoint.runtime.path.shapes import end_pose
 from viapoint.runtime.path.splines import programmed
@@ -16,7 +15,6 @@ __all__ = [
     "Mark",
     "Move",
     "MoveKind",
-    "Path",
     "Piece",
     "Pose",
     "Poses",

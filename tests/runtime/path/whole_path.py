@@ -1,4 +1,4 @@
-"""The path so far: finished pieces end to end under one parameter s. It decides nothing about geometry."""
+"""Finished pieces end to end under one parameter s, for tests that look at a path as a whole."""
 
 from __future__ import annotations
 
