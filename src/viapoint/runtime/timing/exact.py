@@ -42,7 +42,7 @@ def profile(line: StraightLine, limits: AxisLimits, state: State, s_end: float, 
 
 
 def stopping_distance(line: StraightLine, limits: AxisLimits, state: State, tick: float) -> float:
-    """Distance in which the state comes to rest on a straight line of these rates: a first guess elsewhere."""
+    """Distance in which the state comes to rest on a line of these rates: elsewhere a first guess."""
     _, up, down, jerk = _along(line, limits, 1.0, tick)
     ask = ruckig.InputParameter(1)
     ask.control_interface = ruckig.ControlInterface.Velocity

@@ -135,7 +135,7 @@ def continued(ask: Request, est: Estimate, state: State, old: Plan | None, piece
 
 
 def _still_good(est: Estimate, old: Plan, first: int) -> int:
-    """Last knot of the old plan that fits the new estimate: where the old one brakes, its knots lie too dense."""
+    """Last knot of the old plan that fits the new estimate: where one of them brakes, it does not."""
     x, _ = old.spline.at_knots(old.c)
     knots = old.spline.knots
     v, estimated = np.sqrt(np.maximum(x, 0.0)), np.interp(knots, est.s, est.v)
