@@ -20,11 +20,12 @@ def compiled_core() -> list[Extension]:
     core = Extension(
         "viapoint.runtime.timing._core",
         [folder + "_core.pyx"],
-        depends=[folder + "_loops.h"],
+        depends=[folder + "_core.pyx", folder + "_loops.h"],
         extra_compile_args=strict,
-        optional=True,
     )
-    return cythonize([core], quiet=True)
+    (built,) = cythonize([core], quiet=True)
+    built.optional = True  # a failing compiler is a warning; cythonize does not hand this on
+    return [built]
 
 
 setup(ext_modules=compiled_core())
