@@ -37,6 +37,7 @@ def test_random_curves_stay_within_limits_at_every_tick(seed: int) -> None:
     s, v, _ = law.at(np.arange(0.0, law.duration, tick))
     assert (np.diff(s) >= 0.0).all()
     assert (v <= bound(s) * (1.0 + ROUNDING)).all()
+    assert (np.diff(s) <= tick * np.minimum(bound(s[1:]), bound(s[:-1])) * (1.0 + ROUNDING)).all()
     assert law.quality.stretch == 1.0
 
 

@@ -45,6 +45,7 @@ class Rows:
     knot_max: Floats  # (n+1,) bound of x at the knots; inf: none
     axis_speed: Floats  # (m, n) ratio of the axes' speeds to their limits at ṡ = 1
     programmed: Floats  # (n,) programmed speed of the pieces
+    edges: Floats  # (n+1,) where the programmed speeds change: the knots, or breaks beside them
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,11 +88,13 @@ def build(
     second: Floats,
     limits: AxisLimits,
     programmed: Floats,
+    edges: Floats,
     in_jerk: Floats,
 ) -> Rows:
     """Rows from the curve's first and second derivatives (n+1, m) at the knots.
 
-    `programmed` (n,) bounds ṡ on the pieces; `in_jerk` (m,) are the jerk limits planned with.
+    `programmed` (n,) bounds ṡ on the pieces, between `edges` (n+1,); `in_jerk` (m,) are the jerk limits
+    planned with.
     """
     lo, hi, above, below = _acceleration(spline, first, second, limits)
     left, right = _jerk(spline, first, second, in_jerk * JERK_PART)
@@ -109,7 +112,9 @@ def build(
             rows[:, : spline.fixed] = 0.0
         for rows in (*left, *right):
             rows[:, 0] = 0.0
-    return Rows(spline, lo, hi, above, below, left, right, inverse_max, knot_max, axis_speed, programmed)
+    return Rows(
+        spline, lo, hi, above, below, left, right, inverse_max, knot_max, axis_speed, programmed, edges
+    )
 
 
 def _acceleration(

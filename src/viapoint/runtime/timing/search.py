@@ -186,7 +186,7 @@ class Search:
     def _programmed(self, s: Floats) -> Floats:
         """Ratio of the ticks' mean speeds to the programmed speed of the slower piece they touch."""
         rows = self.section.rows
-        piece = np.searchsorted(self.spline.knots, s, side="right") - 1
+        piece = np.searchsorted(rows.edges, s, side="right") - 1
         allowed = rows.programmed[np.clip(piece, 0, len(rows.programmed) - 1)]
         ratio: Floats = np.diff(s) / (self.ask.tick * np.minimum(allowed[1:], allowed[:-1]))
         return ratio

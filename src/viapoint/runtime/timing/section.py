@@ -12,9 +12,9 @@ import numpy as np
 
 from viapoint.runtime.records import Floats
 from viapoint.runtime.timing import knots as knotting
+from viapoint.runtime.timing import programmed
 from viapoint.runtime.timing import rows as limiting
 from viapoint.runtime.timing.curve import AxisCurve
-from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.estimate import INSET, Estimate, inner_breaks
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 from viapoint.runtime.timing.rows import Rows, Tightening
@@ -167,7 +167,8 @@ def _resumed(section: Section, old: Plan, first: int, last: int) -> Section:
 def _marks(ask: Request, s_start: float, first: float, est: Estimate, length: float) -> Floats:
     """First knot, breaks, last knot; the rest pieces outside are free of breaks that matter."""
     last = ask.s_end - knotting.rest_length(est, est.jerk_end, length)
-    inner = inner_breaks(ask.curve, s_start, ask.s_end)[1:-1]
+    breaks = inner_breaks(ask.curve, s_start, ask.s_end)[1:-1]
+    inner = programmed.knots_of(breaks, ask.bound, ask.tick)
     return np.concatenate(([first], inner[(inner > first) & (inner < last)], [last]))
 
 
@@ -185,28 +186,7 @@ def _rows(ask: Request, spline: Spline) -> Rows:
         ask.limits.acceleration, ask.limits.braking
     )
     in_jerk = np.where(counts, ask.limits.jerk, np.inf)
-    return limiting.build(spline, first, second, ask.limits, programmed_speed(ask, spline), in_jerk)
-
-
-def programmed_speed(ask: Request, spline: Spline) -> Floats:
-    """Smallest programmed speed (n,) on the pieces: both ends, middle, and breaks without a knot."""
-    low, high = spline.knots[:-1], spline.knots[1:]
-    inset = INSET * spline.width
-    breaks = np.asarray(ask.curve.breaks, dtype=np.float64)
-    breaks = breaks[(breaks > low[0]) & (breaks < high[-1])]
-    piece = np.searchsorted(spline.knots, breaks, side="right") - 1
-    around = np.concatenate((breaks - inset[piece], breaks + inset[piece]))
-    asked = np.concatenate((low + inset, 0.5 * (low + high), high - inset, around))
-    asked = np.maximum(asked, spline.knots[1] if spline.fixed else asked)
-    bounds = ask.bound(asked)
-    n = len(low)
-    slowest: Floats = bounds[: 3 * n].reshape(3, n).min(axis=0)
-    owner = np.clip(np.searchsorted(spline.knots, around, side="right") - 1, 0, n - 1)
-    np.minimum.at(slowest, owner, bounds[3 * n :])
-    if not np.all(slowest > 0.0):
-        raise TimingError(
-            "the programmed speed is not a positive number", float(low[np.argmin(slowest > 0.0)])
-        )
-    if spline.fixed:
-        slowest[0] = np.inf
-    return slowest
+    breaks = inner_breaks(ask.curve, knots[0] - spline.rest_start, ask.s_end)[1:-1]
+    slowest = programmed.on_pieces(spline, breaks, ask.bound)
+    places = programmed.edges(knots, breaks, programmed.knots_of(breaks, ask.bound, ask.tick))
+    return limiting.build(spline, first, second, ask.limits, slowest, places, in_jerk)
