@@ -99,11 +99,11 @@ class Joined(Waves):
 def test_forgetting_the_past_changes_nothing_ahead() -> None:
     curve, lim, bound = random_waves(61, 4, 2.0), limits(4, 2.0, 6.0, 60.0), constant(0.5)
     law = plan(curve, lim, bound, s_start=0.0, s_end=1.0, tick=TICK)
-    short = law.without_past(0.5)
+    short = law.without_past(0.799)
     laws = [extend(x, curve, lim, bound, s_end=2.0, tick=TICK, commit_time=0.8) for x in (law, short)]
     assert laws[0] is not None
     assert laws[1] is not None
-    t = np.arange(0.5, laws[0].t_end, TICK)
+    t = np.arange(0.8, laws[0].t_end, TICK)
     assert np.array_equal(laws[0].at(t), laws[1].at(t))
     assert len(laws[1].t) < len(laws[0].t)
 

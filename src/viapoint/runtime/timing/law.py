@@ -23,6 +23,9 @@ PROGRAMMED_SPEED: Final = -1
 UNLIMITED: Final = -2
 """Code of `limited_by`: no constraint is near its limit there."""
 
+_KEPT: Final = 0.05
+"""s of the past that a trimmed law keeps: an extension is checked from four ticks before its start on."""
+
 _INVERSE_STEPS: Final = 60
 """Halvings that bring any bracket below the resolution of a float; Newton needs 4 to 6 of them."""
 
@@ -122,11 +125,11 @@ class TimeLaw:
         return replace(self, t0=t0)
 
     def without_past(self, t: float) -> TimeLaw:
-        """The same law without the pieces that end before time t of the clock: they cannot be asked again.
+        """The same law without the pieces that end well before time t of the clock: they cannot be asked again.
 
-        To be extended later, a law needs its last four ticks before the commit time.
+        What an extension at t needs of the time before it is kept.
         """
-        k = int(np.searchsorted(self.t, t - self.t0, side="right")) - 1
+        k = int(np.searchsorted(self.t, t - _KEPT - self.t0, side="right")) - 1
         k = min(max(k, 0), len(self.width) - 1)
         if k == 0:
             return self
