@@ -7,8 +7,12 @@ free again when the generator has passed it (F ch. 9, main controller).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from viapoint.vm.ports import Call
+
+WIDEST: Final = 1024
+"""Slots to which a buffer is widened at most: a corner is stopped at if what follows it lies further ahead."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +27,7 @@ class MotionBuffer:
     """`capacity` slots used round and round; the three indices count entries since the start of the run.
 
     The capacity is how far the interpreter may be ahead. It decides when the robot learns of its path, not
-    what the path is: where it does not even reach to the next corner, the buffer is widened.
+    what the path is: where it does not reach to the next corner, the buffer is widened (up to `WIDEST`).
     """
 
     def __init__(self, capacity: int) -> None:
@@ -41,12 +45,15 @@ class MotionBuffer:
     def full(self) -> bool:
         return self.fill == len(self._slots)
 
-    def widen(self) -> None:
-        """One slot more: what is in the buffer cannot be planned without knowing what follows."""
+    def widen(self) -> bool:
+        """One slot more, to know what follows the last motion; False where there are enough."""
+        if len(self._slots) >= WIDEST:
+            return False
         kept = [entry for entry in self._slots if entry is not None]
         self._slots = [None] * (len(self._slots) + 1)
         for entry in kept:
             self._slots[entry.number % len(self._slots)] = entry
+        return True
 
     def put(self, call: Call) -> bool:
         """Interpreter: append `call`; False when there is no free slot."""
