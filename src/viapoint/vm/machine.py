@@ -7,7 +7,7 @@ it never spins: work without motion or waiting is bounded.
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -137,6 +137,14 @@ class Machine:
             ActiveCall(frame.call_line, self._program.line_at(frame.entry), frame.remaining)
             for frame in self._frames[1:]
         )
+
+    @property
+    def state(self) -> Hashable:
+        """Everything the machine's further course depends on beside the world: equal states go on equally."""
+        frames = tuple(
+            (f.entry, f.returns_to, f.remaining, tuple(sorted(f.counters.items()))) for f in self._frames
+        )
+        return self._address, tuple(self._stack), frames, self._speed, self._tool, self._cycles_left
 
     def run(self) -> Suspension:
         """Execute until the machine must wait; call it again when what it waits for has happened.

@@ -12,7 +12,7 @@ from typing import Final
 from viapoint.vm.ports import Call
 
 WIDEST: Final = 1024
-"""Slots to which a buffer is widened at most: a corner is stopped at if what follows it lies further ahead."""
+"""Slots to which a buffer is widened at most: a corner is a stop if what follows it lies further ahead."""
 
 
 @dataclass(frozen=True, slots=True)

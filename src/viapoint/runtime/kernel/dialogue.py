@@ -6,8 +6,8 @@ of the virtual machine; every read and every wait leaves a trace.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Protocol, assert_never
+from collections.abc import Callable, Hashable
+from typing import NamedTuple, Protocol, assert_never
 
 from viapoint.runtime.cell import Cell, Signal, SignalKind
 from viapoint.runtime.kernel.buffer import MotionBuffer
@@ -33,7 +33,17 @@ class Interpreter(Protocol):
 
     @property
     def line(self) -> int: ...
+    @property
+    def state(self) -> Hashable: ...
     def run(self) -> Suspension: ...
+
+
+class _Answered(NamedTuple):
+    """When a barrier was answered last: tick, entries executed by then, state of the interpreter."""
+
+    tick: int
+    executed: int
+    state: Hashable
 
 
 class Dialogue:
@@ -64,7 +74,7 @@ class Dialogue:
         self._arrived = False  # the barrier it waits at has been reached
         self._raised = False  # the synchronous M it waits for has been raised
         self._since = 0  # tick in which its present wait began
-        self._answered: dict[int, tuple[int, int]] = {}  # barriers by line: tick, entries executed by then
+        self._answered: dict[int, _Answered] = {}  # barriers by line
 
     def open(self, interpreter: Interpreter) -> None:
         """Begin with `interpreter`."""
@@ -125,7 +135,8 @@ class Dialogue:
         """The path has arrived at `barrier`, after so many entries."""
         self._arrived = True
         self._since = self._trace.tick
-        self._answered[barrier.line] = (self._trace.tick, executed)
+        state = self._interpreter.state if self._interpreter is not None else None
+        self._answered[barrier.line] = _Answered(self._trace.tick, executed, state)
 
     def raise_m(self, call: RaiseM) -> None:
         """The path has raised an M flag."""
@@ -134,11 +145,14 @@ class Dialogue:
 
     def polls(self, barrier: Barrier) -> bool:
         """Whether `barrier` was already answered in this tick: then its next answer comes in the next one."""
-        return self._answered.get(barrier.line, (-1, 0))[0] == self._trace.tick
+        answered = self._answered.get(barrier.line)
+        return answered is not None and answered.tick == self._trace.tick
 
     def vain_poll(self, barrier: Barrier, executed: int) -> ExecutionError | None:
         """What is wrong with asking `barrier` again, if its answer can never change."""
-        if self._patient or self._answered[barrier.line][1] != executed or self._world.pending():
+        before, now = self._answered[barrier.line], self._interpreter.state if self._interpreter else None
+        changing = self._patient or self._world.pending()
+        if changing or before.executed != executed or before.state != now:
             return None
         what = f"{barrier.reason} asks again and again what nothing in the scenario ever changes"
         return ExecutionError("E410", what, barrier.line)
