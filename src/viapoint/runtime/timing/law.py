@@ -125,7 +125,7 @@ class TimeLaw:
         return replace(self, t0=t0)
 
     def without_past(self, t: float) -> TimeLaw:
-        """The same law without the pieces that end well before time t of the clock: they cannot be asked again.
+        """The same law without the pieces that end well before time t: they cannot be asked again.
 
         What an extension at t needs of the time before it is kept.
         """
