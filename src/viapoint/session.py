@@ -203,6 +203,22 @@ class Session:
         """Go on along the path after a halt."""
         self.kernel.resume()
 
+    def set_override(self, override: float) -> None:
+        """Scale all speeds by 0 … 1 from the next tick on. Raises ValueError for anything else."""
+        self.kernel.set_override(override)
+
+    def stop(self) -> None:
+        """Stop on the path within the limits and end the run there."""
+        self.kernel.stop()
+
+    def emergency_stop(self) -> None:
+        """Stop on the path with the emergency deceleration; `reset`, then `resume`, goes on."""
+        self.kernel.emergency_stop()
+
+    def reset(self) -> None:
+        """Acknowledge an emergency stop once the robot stands; the run is then halted."""
+        self.kernel.reset()
+
     def set_input(self, name: str, value: bool) -> None:
         """Set a digital input (`"DI3"` or its name in the cell) from outside, from the next tick on."""
         self._world.set_input(name, value, self.kernel.tick)
@@ -244,4 +260,5 @@ class Session:
     def _final_status(self) -> Status:
         if self.kernel.state is State.FAILED:
             return Status.ERROR
-        return Status.STOPPED if self._machine.cut_short else Status.FINISHED
+        stopped = self.kernel.state is State.STOPPED or self._machine.cut_short
+        return Status.STOPPED if stopped else Status.FINISHED

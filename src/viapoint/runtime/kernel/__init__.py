@@ -2,9 +2,10 @@
 
 from viapoint.runtime.kernel.dialogue import Interpreter
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError, PlanningError
-from viapoint.runtime.kernel.kernel import Kernel, State
+from viapoint.runtime.kernel.kernel import Kernel
 from viapoint.runtime.kernel.peaks import ratios
 from viapoint.runtime.kernel.planner import Corner
+from viapoint.runtime.kernel.states import State
 
 __all__ = [
     "Corner",

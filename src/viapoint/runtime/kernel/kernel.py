@@ -9,19 +9,19 @@ length of a window has no influence on the result.
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import Enum, unique
 from typing import Final, assert_never
 
 import numpy as np
 
 from viapoint.language.units import MM
 from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel.blocks import Blocks
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
-from viapoint.runtime.kernel.clock import PathClock
 from viapoint.runtime.kernel.dialogue import Dialogue, Interpreter
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
 from viapoint.runtime.kernel.motion import Mover
 from viapoint.runtime.kernel.planner import Planner
+from viapoint.runtime.kernel.states import Hold, State
 from viapoint.runtime.kernel.telemetry import Status, Telemetry
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.records import Event, Floats, Ints, Window
@@ -39,28 +39,8 @@ from viapoint.vm.ports import (
     Track,
 )
 
-_FORGET_EVERY: Final = 64
-"""Motions after which the route behind the robot is dropped: seldom, since it moves arrays."""
-
-_MOST_WITHOUT_TIME: Final = 1000
-"""Motions of zero length that may end in one tick; a loop of them would never end."""
-
 _ARRIVED: Final = 1e-10
 """m of path within which two places are one: rounding of summed lengths."""
-
-
-@unique
-class State(Enum):
-    """What the kernel is doing."""
-
-    READY = "ready"
-    MOVING = "moving"
-    DWELLING = "dwelling"
-    WAITING = "waiting"
-    POLLING = "polling"
-    HALTED = "halted"
-    FINISHED = "finished"
-    FAILED = "failed"
 
 
 class Kernel:
@@ -89,21 +69,15 @@ class Kernel:
         self._buffer: MotionBuffer = MotionBuffer(cell.lookahead)
         q = np.asarray(cell.home, dtype=np.float64)
         self.planner = Planner(cell, self._buffer, q, stepping=stepping)
-        self.clock = PathClock(cell.tick, override)
-        self.mover = Mover(cell, self.planner.route, self.clock)
+        self.mover = Mover(cell, self.planner.route, override or 1.0)
         self.dialogue = Dialogue(cell, world, self._buffer, self.trace, self._travelled_mm, patient=patient)
         self._dwell_until: int | None = None
-        self._halted = False
+        self._hold = Hold.NONE
+        self._paused = override == 0.0
         self._line = 0  # line of the last entry executed
         self.statements = 0
         """Statements executed so far, by the robot."""
-        self._block = -1  # number of the block being run
-        self._block_tick = 0  # tick and travelled length at which the current block began
-        self._block_length = 0.0
-        self._block_s = 0.0
-        self._motions = 0  # finished since the route was last forgotten
-        self._kept = (0.0, 0, 0)  # s, motion and tick from which it is kept the next time
-        self._without_time = (0, 0)  # tick of the last motion, and how many ended in it
+        self.blocks = Blocks(self.planner.route, self.mover, self.trace)
         self._last_s = 0.0  # s in the last tick computed
         self.telemetry = Telemetry(cell, q)
 
@@ -117,19 +91,52 @@ class Kernel:
     @property
     def over(self) -> bool:
         """The run has ended, well or not."""
-        return self.state in (State.FINISHED, State.FAILED)
+        return self.state.over
 
     def halt(self) -> None:
-        """Stop on the path within the normal limits; the interpreter keeps running ahead."""
-        if not self._halted and not self.over:
-            self._halted = True
-            if self.state is State.MOVING:
-                self.mover.halt(self.tick)
+        """Stop on the path within the limits; the interpreter keeps running ahead. `resume` goes on."""
+        self._hold_back(Hold.HALT)
+
+    def stop(self) -> None:
+        """Stop on the path within the limits, and end the run there."""
+        self._hold_back(Hold.STOP)
+
+    def emergency_stop(self) -> None:
+        """Stop on the path with the emergency deceleration; `reset`, then `resume`, goes on."""
+        self._hold_back(Hold.EMERGENCY, self.cell.emergency_deceleration_factor)
+
+    def reset(self) -> None:
+        """Acknowledge an emergency stop once the robot stands: the run is then halted."""
+        if self.state is State.EMERGENCY:
+            self._hold, self.state = Hold.HALT, State.HALTED
 
     def resume(self) -> None:
-        """Go on from where a halt stopped the path."""
-        self._halted = False
-        if self.state is State.HALTED:
+        """Go on along the path after a halt; nothing while an emergency stop is not reset."""
+        if self._hold is Hold.HALT:
+            self._hold = Hold.NONE
+            if self.state is State.HALTED:
+                self._settle()
+
+    def set_override(self, override: float) -> None:
+        """Scale all speeds from the next tick on; 0 stands still. Raises ValueError outside 0 … 1."""
+        if not 0.0 <= override <= 1.0:
+            raise ValueError(f"an override of {override!r} is not in 0 … 1")
+        self.trace.emit("override", self.line, value=override)
+        self._paused = override == 0.0
+        if not self._paused:
+            self.mover.set_override(self.tick, override)
+        elif self.state is State.MOVING:
+            self.mover.halt(self.tick)
+        if self.state is State.HALTED and self._hold is Hold.NONE:
+            self._settle()
+
+    def _hold_back(self, hold: Hold, deceleration_factor: float = 1.0) -> None:
+        if self.over or hold.value <= self._hold.value:
+            return
+        self._hold = hold
+        if self.state is State.MOVING:
+            self.mover.halt(self.tick, deceleration_factor=deceleration_factor)
+        elif hold is not Hold.HALT:
             self._settle()
 
     def begin(self, interpreter: Interpreter) -> Window:
@@ -142,18 +149,10 @@ class Kernel:
 
     def advance(self, ticks: int) -> Window:
         """Let at least one and at most `ticks` ticks pass; ends early where something happens."""
-        if self._motions >= _FORGET_EVERY:
-            self._forget()
+        self.blocks.forget()
         if self.state is State.MOVING:
             return self._move(ticks)
         return self._stand(ticks)
-
-    def _forget(self) -> None:
-        """Drop the path that lies a good many motions behind: nothing looks back so far."""
-        s, number, tick = self._kept
-        self.planner.route.forget(s, number)
-        self.mover.forget(tick)
-        self._motions, self._kept = 0, (self._block_s, self._buffer.generator, self._block_tick)
 
     def _stand(self, ticks: int) -> Window:
         first = self.tick + 1
@@ -254,7 +253,8 @@ class Kernel:
         """Blocks were finished while moving: interpreter and planner go on; True if the law changed."""
         while self._interpret() or self.planner.plan(self.mover.wanted):
             pass
-        return not self._halted and self.mover.extend(self.tick)
+        standing = self._held or self._hold is not Hold.NONE
+        return not standing and self.mover.extend(self.tick)
 
     def _settle(self) -> None:
         """At rest: everything that takes no time, until something must be waited for."""
@@ -263,8 +263,15 @@ class Kernel:
         except MotionError as error:
             self._fail(error)
 
+    @property
+    def _held(self) -> bool:
+        return self._hold is Hold.HALT or self._paused
+
     def _go_on(self) -> None:
         while not self.over:
+            if self._hold in (Hold.STOP, Hold.EMERGENCY):
+                self.state = State.STOPPED if self._hold is Hold.STOP else State.EMERGENCY
+                return
             entry = None if self._dwell_until is not None else self._front()
             if entry is not None and self._reached(entry):
                 self._execute(entry)
@@ -273,7 +280,7 @@ class Kernel:
             elif self._dwell_until is not None:
                 self.state = State.DWELLING
                 return
-            elif self._halted:
+            elif self._held:
                 self.state = State.HALTED
                 return
             elif entry is not None and isinstance(entry.call, Barrier):
@@ -282,8 +289,8 @@ class Kernel:
             elif entry is not None and self._set_out(entry):
                 self.state = State.MOVING
                 return
-            elif self.planner.undecided and self.dialogue.lacks_room:
-                self._buffer.widen()
+            elif self.planner.undecided and self.dialogue.lacks_room and self._buffer.widen():
+                pass
             elif self.planner.undecided:
                 self.planner.stop()
             else:
@@ -305,8 +312,7 @@ class Kernel:
         if not self.mover.start(self.tick, call.line):
             return False
         self.tool = call.tool
-        if entry.number != self._block:  # not going on within it, after a turn in place
-            self._block, self._block_tick = entry.number, self.tick
+        self.blocks.set_out(entry.number)
         return True
 
     def _poll(self, barrier: Barrier) -> None:
@@ -343,8 +349,7 @@ class Kernel:
         self._line = call.line
         match call:
             case Motion():
-                self._finish_block(call, entry.number)
-                self._check_progress(call)
+                self.blocks.finish(call, entry.number)
             case SetOutput(line=line, index=index, value=value):
                 self.world.write_output(index, value, self.tick)
                 self.trace.emit("output", line, signal=f"DO{index}", value=value, s_mm=self._travelled_mm())
@@ -371,31 +376,6 @@ class Kernel:
         self._buffer.executed()
         self.statements += 0 if isinstance(call, Barrier) else 1
 
-    def _finish_block(self, motion: Motion, tag: int) -> None:
-        place = self.planner.route.place(tag)
-        assert place is not None, "a finished motion has a place"
-        length = self.planner.route.travelled(place)
-        self.trace.emit(
-            "block",
-            motion.line,
-            tick=self._block_tick,
-            t_end=self.trace.time,
-            command=motion.kind.value,
-            length_mm=(length - self._block_length) / MM,
-            s0_mm=self._block_length / MM,
-            limited_by=self.mover.limited_by(self._block_tick, self.tick),
-        )
-        self._motions += 1
-        self._block_tick, self._block_length, self._block_s = self.tick, length, place
-
-    def _check_progress(self, motion: Motion) -> None:
-        """Motions that take no time may follow one another, but not for ever."""
-        tick, count = self._without_time
-        self._without_time = (self.tick, count + 1 if tick == self.tick else 1)
-        if count > _MOST_WITHOUT_TIME:
-            what = f"the program goes round in a loop through line {motion.line} whose motions have no length"
-            raise ExecutionError("E412", what, motion.line)
-
     def _fail(self, failure: MotionError | None) -> None:
         if failure is not None:
             self.failure = failure
@@ -409,7 +389,8 @@ class Kernel:
         return self.telemetry.standing(first, lines, self._status())
 
     def _status(self) -> Status:
-        return Status(self.dialogue.line, self.clock.rate, self._buffer.fill, self.tool)
+        override = 0.0 if self._paused else self.mover.override
+        return Status(self.dialogue.line, override, self._buffer.fill, self.tool)
 
     def _travelled_mm(self) -> float:
         """TCP length travelled to where the path is now."""

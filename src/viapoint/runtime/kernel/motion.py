@@ -1,19 +1,21 @@
-"""Motion along the route: which stretch the time law covers, when it is extended, and its ticks.
+"""Motion along the route: which stretch the time law covers, and when and how it is planned anew.
 
 Between two exact stops the law covers a horizon of pieces and ends at rest at its end; before the
-braking for that end begins, the horizon is moved on and what has been sent stays as it is.
+braking for that end begins, the horizon is moved on. Everything that changes a motion under way (more
+path, another override, a halt, an emergency stop) is one operation: the law is planned anew from the next
+tick on, on the same path, within the limits; what was sent stays as it is.
 """
 
 from __future__ import annotations
 
 import bisect
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from viapoint.runtime.cell import Cell
-from viapoint.runtime.kernel.clock import PathClock
 from viapoint.runtime.kernel.failure import PlanningError
 from viapoint.runtime.kernel.route import Route
 from viapoint.runtime.records import Floats
@@ -24,6 +26,7 @@ from viapoint.runtime.timing import (
     TimeLaw,
     TimingError,
     extend,
+    halt,
     plan,
 )
 
@@ -37,15 +40,17 @@ _RENEW_PIECES: Final = 8
 _STOPPING_SHARE: Final = 3.0
 """The horizon is at least this many stopping distances long, and renewed while half of it is left."""
 
-
-_FIRST_HALT: Final = 1.0
-"""First stopping distance tried, in units of that of constant path deceleration."""
-
-_HALT_GROWTH: Final = 1.3
-"""Factor between stopping distances tried: the halt is at most so much longer than the shortest."""
+_SLOWING_GROWTH: Final = 1.4
+"""Factor between the distances tried over which a lower override takes effect."""
 
 _REPORT_SAMPLES: Final = 33
 """Times at which a block is asked what limits it."""
+
+_ROUNDING: Final = 1e-9
+"""Part of a tick by which a law's end may pass a tick and count as in it."""
+
+_STILL: Final = 1e-12
+"""Rate of an axis below which its speed limit bounds nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,20 +65,22 @@ class Rows:
 class Mover:
     """Where the robot is on the route, and the law by which it goes on."""
 
-    def __init__(self, cell: Cell, route: Route, clock: PathClock) -> None:
+    def __init__(self, cell: Cell, route: Route, override: float) -> None:
         self.law: TimeLaw | None = None
         self.s = 0.0
+        self.override = override
         self._route = route
-        self._clock = clock
         self._tick = cell.tick
         limits, path = cell.robot.limits, cell.path_limits
         self.limits = AxisLimits(
             speed=np.append(limits.speed, (path.speed, path.angular_speed)),
             acceleration=np.append(limits.acceleration, (path.acceleration, path.angular_acceleration)),
             jerk=np.append(limits.jerk, (path.jerk, path.angular_jerk)),
+            deceleration=np.append(limits.acceleration, (path.deceleration, path.angular_acceleration)),
         )
-        self._per_stopping_speed = 1.0 / path.acceleration
-        self._stopping = 0.5 * path.speed**2 / path.acceleration + path.speed * path.acceleration / path.jerk
+        self._stopping = 0.5 * path.speed**2 / path.deceleration + path.speed * path.acceleration / path.jerk
+        self._slowing_until = 0.0  # s up to which a higher override still holds, while slowing down
+        self._slowing_from = override
 
     @property
     def wanted(self) -> float:
@@ -92,11 +99,11 @@ class Mover:
             self.law = plan(
                 _Curve(self._route, self.s, end),
                 self.limits,
-                self._route.speed_bound,
+                self._speed_bound,
                 s_start=self.s,
                 s_end=end,
                 tick=self._tick,
-                t0=self._clock.time(tick),
+                t0=tick * self._tick,
             )
         except TimingError as error:
             raise PlanningError("E320", f"the motion cannot be timed: {error}", line) from None
@@ -104,58 +111,110 @@ class Mover:
 
     def extend(self, tick: int) -> bool:
         """At `tick`, moving: let the law reach further if it is time to; True if later ticks changed."""
-        law = self.law
-        assert law is not None, "only a moving path is extended"
+        law = self._moving
         if law.s_end in self._route.stops or not self._due(law):
             return False
         end = self._horizon(self.s)
-        return end > law.s_end and self._replan(law, tick, end)
+        return end > law.s_end and self._adopt(self._anew(tick, end))
 
-    def halt(self, tick: int) -> bool:
+    def halt(self, tick: int, *, deceleration_factor: float = 1.0) -> bool:
         """At `tick`, moving: come to rest as soon as the limits allow; True if later ticks changed.
 
-        The stopping distance follows from trying: the first of growing distances at which a law ends that
-        keeps all limits. Where none does, the present law runs on to its own end.
+        With a factor, acceleration and jerk limits are taken that many times. Where the law uses up its
+        limits it is first followed until it leaves room; at the latest it ends by itself.
         """
+        factor = deceleration_factor
+        limits = replace(
+            self.limits,
+            acceleration=self.limits.acceleration * factor,
+            deceleration=self.limits.braking * factor,
+            jerk=self.limits.jerk * factor,
+        )
+        law = self._moving
+        curve = _Curve(self._route, self.s, law.s_end)
+        next_time = (tick + 1) * self._tick
+
+        def stopped() -> TimeLaw | None:
+            return halt(law, curve, limits, self._speed_bound, tick=self._tick, commit_time=next_time)
+
+        return self._adopt(stopped)
+
+    def set_override(self, tick: int, override: float) -> bool:
+        """Scale all speeds by `override` (0 … 1) from the next tick on; True if later ticks changed.
+
+        A higher one takes effect at once. A lower one is reached within the limits: over the shortest of
+        growing distances in which a law can slow down.
+        """
+        before, self.override = self.override, override
+        if self.law is None:
+            self._slowing_until = self.s
+            return False
         law = self.law
-        assert law is not None, "only a moving path is halted"
-        s, v, _ = (float(x[0]) for x in law.at(np.array([self._clock.time(tick + 1)])))
-        distance = max(v * self._tick, _FIRST_HALT * 0.5 * v * v * self._per_stopping_speed)
+        if override >= before:
+            return self._adopt(self._anew(tick, law.s_end))
+        s, v, _ = (float(x[0]) for x in law.at(np.array([(tick + 1) * self._tick])))
+        self._slowing_from = before if s >= self._slowing_until else max(before, self._slowing_from)
+        distance = max(v * self._tick, 0.5 * v * v * (1.0 - (override / before) ** 2) / self._deceleration(s))
         while s + distance < law.s_end:
-            if self._replan(law, tick, s + distance):
+            self._slowing_until = s + distance
+            if self._adopt(self._anew(tick, law.s_end)):
                 return True
-            distance *= _HALT_GROWTH
+            distance *= _SLOWING_GROWTH
+        self._slowing_until = law.s_end  # too near to its end to slow down before it: the next law will
         return False
 
     def forget(self, tick: int) -> None:
         """Drop what the law says of the time before `tick`: otherwise a path without stops adds up."""
         if self.law is not None:
-            self.law = self.law.without_past(self._clock.time(tick))
+            self.law = self.law.without_past(tick * self._tick)
 
-    def _replan(self, law: TimeLaw, tick: int, end: float) -> bool:
+    @property
+    def _moving(self) -> TimeLaw:
+        assert self.law is not None, "only while moving"
+        return self.law
+
+    def _anew(self, tick: int, end: float) -> Callable[[], TimeLaw | None]:
+        """The present law planned anew after `tick`, to rest at `end`."""
+        law = self._moving
+        curve = _Curve(self._route, self.s, end)
+
+        def planned() -> TimeLaw | None:
+            time = (tick + 1) * self._tick
+            bound = self._speed_bound
+            return extend(law, curve, self.limits, bound, s_end=end, tick=self._tick, commit_time=time)
+
+        return planned
+
+    def _adopt(self, planned: Callable[[], TimeLaw | None]) -> bool:
+        """Take a law over if one was found; else the present one runs on, and ends at rest."""
         try:
-            longer = extend(
-                law,
-                _Curve(self._route, self.s, end),
-                self.limits,
-                self._route.speed_bound,
-                s_end=end,
-                tick=self._tick,
-                commit_time=self._clock.time(tick + 1),
-            )
+            law = planned()
         except TimingError:
-            return False  # the present law ends at rest; starting from there will say what is wrong
-        if longer is None:
             return False
-        self.law = longer
-        return True
+        if law is not None:
+            self.law = law
+        return law is not None
+
+    def _speed_bound(self, s: Floats) -> Floats:
+        """Bound (N,) on the rate of s: programmed speed and speed limits, scaled by the override."""
+        bound = self._route.speed_bound(s)
+        if self.override == 1.0 and self._slowing_until <= self.s:
+            return bound
+        rates = np.abs(self._route.axes.derivatives(s)[0])
+        axes = np.where(rates > _STILL, self.limits.speed / np.maximum(rates, _STILL), np.inf)
+        scale = np.where(s < self._slowing_until, self._slowing_from, self.override)
+        return np.asarray(scale * np.minimum(bound, axes.min(axis=1)))
+
+    def _deceleration(self, s: float) -> float:
+        """How fast the rate of s may fall at s, curvature left aside."""
+        rates = np.abs(self._route.axes.derivatives(np.array([s]))[0][0])
+        return float(np.min(self.limits.braking / np.maximum(rates, _STILL)))
 
     def rows(self, first_tick: int, count: int) -> Rows:
         """At most `count` ticks from first_tick on, ending early in the tick in which the law is at rest."""
-        law = self.law
-        assert law is not None, "rows are asked for while moving"
-        times = self._clock.times(first_tick, count)
-        left = int(np.searchsorted(times, law.t_end - 1e-9 * self._tick)) + 1
+        law = self._moving
+        times = np.arange(first_tick, first_tick + count, dtype=np.float64) * self._tick
+        left = int(np.searchsorted(times, law.t_end - _ROUNDING * self._tick)) + 1
         times = times[:left]
         s, _, _ = law.at(times)
         arrived = left <= count
@@ -168,7 +227,7 @@ class Mover:
         law = self.law
         if law is None or last_tick <= first_tick:
             return ""
-        times = np.linspace(self._clock.time(first_tick), self._clock.time(last_tick), _REPORT_SAMPLES)
+        times = np.linspace(first_tick, last_tick, _REPORT_SAMPLES) * self._tick
         codes, counts = np.unique(law.limited_by(law.at(times)[0]), return_counts=True)
         return self._name(int(codes[np.argmax(counts)]))
 

@@ -1,0 +1,79 @@
+"""The blocks of a run: one per motion executed, from the tick in which it sets out to that of its end."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+from viapoint.language.units import MM
+from viapoint.runtime.kernel.failure import ExecutionError
+from viapoint.runtime.kernel.motion import Mover
+from viapoint.runtime.kernel.route import Route
+from viapoint.runtime.kernel.trace import Trace
+from viapoint.vm.ports import Motion
+
+_FORGET_EVERY: Final = 64
+"""Motions after which the route behind the robot is dropped: seldom, since it moves arrays."""
+
+_MOST_WITHOUT_TIME: Final = 1000
+"""Motions of zero length that may end in one tick; a loop of them would never end."""
+
+
+class _Begin(NamedTuple):
+    """Where a block begins: tick, TCP length travelled (m), s of the route, number of its entry."""
+
+    tick: int
+    travelled: float
+    s: float
+    number: int
+
+
+class Blocks:
+    """Follows the motions in execution, reports each, and lets go of the path far behind them."""
+
+    def __init__(self, route: Route, mover: Mover, trace: Trace) -> None:
+        self._route = route
+        self._mover = mover
+        self._trace = trace
+        self._begin = _Begin(0, 0.0, 0.0, -1)
+        self._finished = 0  # since the route was last forgotten
+        self._kept = self._begin  # from where the route is kept the next time
+        self._without_time = (0, 0)  # tick of the last motion, and how many ended in it
+
+    def set_out(self, number: int) -> None:
+        """From rest into the motion of entry `number`, or on within it."""
+        if number != self._begin.number:
+            self._begin = self._begin._replace(tick=self._trace.tick, number=number)
+
+    def finish(self, motion: Motion, number: int) -> None:
+        """The path has passed the end of `motion`. Raises ExecutionError where motions go round in place."""
+        place = self._route.place(number)
+        assert place is not None, "a finished motion has a place"
+        begin, tick = self._begin, self._trace.tick
+        travelled = self._route.travelled(place)
+        self._trace.emit(
+            "block",
+            motion.line,
+            tick=begin.tick,
+            t_end=self._trace.time,
+            command=motion.kind.value,
+            length_mm=(travelled - begin.travelled) / MM,
+            s0_mm=begin.travelled / MM,
+            limited_by=self._mover.limited_by(begin.tick, tick),
+        )
+        self._finished += 1
+        self._begin = _Begin(tick, travelled, place, number + 1)
+        self._check_progress(motion)
+
+    def forget(self) -> None:
+        """Now and then, drop the path that lies a good many motions behind: nothing looks back so far."""
+        if self._finished >= _FORGET_EVERY:
+            self._route.forget(self._kept.s, self._kept.number)
+            self._mover.forget(self._kept.tick)
+            self._finished, self._kept = 0, self._begin
+
+    def _check_progress(self, motion: Motion) -> None:
+        tick, count = self._without_time
+        self._without_time = (self._trace.tick, count + 1 if tick == self._trace.tick else 1)
+        if count > _MOST_WITHOUT_TIME:
+            what = f"the program goes round in a loop through line {motion.line} whose motions have no length"
+            raise ExecutionError("E412", what, motion.line)
