@@ -7,37 +7,32 @@ here that the twin does not decide the same way.
 
 import numpy as np
 
-from libc.math cimport INFINITY, fabs, floor, isfinite, sqrt
+from libc.math cimport fabs, sqrt
 
 from viapoint.runtime.timing import solver as _twin
 
+ctypedef const double *In
+ctypedef double *Out
+
 cdef extern from "_loops.h" nogil:
-    void bands2(int, const double *, const double *, const double *, double *)
-    void bands3(int, const double *, const double *, const double *, const double *, double *)
-    void measure(int, const double *, const double *, const double *, double *, double *, double *, double *,
-                 double *, double *, double *, double *, double *, double *)
-    void weigh(int, const double *, const double *, const double *, const double *, const double *,
-               const double *, double *, double *, double *, double *)
-    void predict(int, const double *, const double *, const double *, const double *, const double *,
-                 const double *, double *, const double *, const double *, const double *, const double *,
-                 double *, double *, double *, double *, double *)
-    void centre(int, double, double, const double *, const double *, const double *, const double *, double *,
-                const double *, const double *, const double *, const double *, double *, double *, double *)
-    void direct(int, const double *, const double *, const double *, double *, const double *, double *,
-                const double *, double *, const double *, double *, double *, double *)
-    void advance(int, double, const double *, double *)
-    void follow(int, double, const double *, const double *, double *, double *)
-    void square2(int, const double *, const double *, const double *, double *, double *, double *)
-    void square3(int, const double *, const double *, const double *, const double *, const double *,
-                 const double *, double *, double *, double *, double *, double *, double *)
-    void back2(int, const double *, const double *, const double *, double *, double *)
-    void back3(int, const double *, const double *, const double *, const double *, const double *,
-               const double *, double *, double *, double *)
-    int factor(int, double *, double *, double *)
-    void substitute(int, const double *, const double *, const double *, double *)
-    double lowest(int, const double *, double)
-    double highest(int, const double *, double)
-    double sum(int, const double *)
+    void bands2(int, In, In, In, Out)
+    void bands3(int, In, In, In, In, Out)
+    void measure(int, In, In, In, Out, Out, Out, Out, Out, Out, Out, Out, Out, Out)
+    void weigh(int, In, In, In, In, In, In, Out, Out, Out, Out)
+    void predict(int, In, In, In, In, In, In, Out, In, In, In, In, Out, Out, Out, Out, Out)
+    void centre(int, double, double, In, In, In, In, Out, In, In, In, In, Out, Out, Out)
+    void direct(int, In, In, In, Out, In, Out, In, Out, In, Out, Out, Out)
+    void advance(int, double, In, Out)
+    void follow(int, double, In, In, Out, Out)
+    void square2(int, In, In, In, Out, Out, Out)
+    void square3(int, In, In, In, In, In, In, Out, Out, Out, Out, Out, Out)
+    void back2(int, In, In, In, Out, Out)
+    void back3(int, In, In, In, In, In, In, Out, Out, Out)
+    int factor(int, Out, Out, Out)
+    void substitute(int, In, In, In, Out)
+    double lowest(int, In, double)
+    double highest(int, In, double)
+    double sum(int, In)
 
 cdef double FEASIBLE = _twin.FEASIBLE
 cdef double LEAST_CENTRING = _twin.LEAST_CENTRING
