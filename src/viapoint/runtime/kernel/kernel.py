@@ -74,6 +74,8 @@ class Kernel:
         self._dwell_until: int | None = None
         self._hold = Hold.NONE
         self._paused = override == 0.0
+        self._backward = False
+        self._frontier = 0.0  # s up to which the program has been executed
         self._line = 0  # line of the last entry executed
         self.statements = 0
         """Statements executed so far, by the robot."""
@@ -118,15 +120,22 @@ class Kernel:
                 self._settle()
 
     def set_override(self, override: float) -> None:
-        """Scale all speeds from the next tick on; 0 stands still. Raises ValueError outside 0 … 1."""
-        if not 0.0 <= override <= 1.0:
-            raise ValueError(f"an override of {override!r} is not in 0 … 1")
+        """Scale all speeds from the next tick on; 0 stands still, below 0 the path is travelled back.
+
+        Back it goes as far as the route is kept; nothing is read or written again until the path is, going
+        forward, where the program was. Raises ValueError outside −1 … 1.
+        """
+        if not -1.0 <= override <= 1.0:
+            raise ValueError(f"an override of {override!r} is not in -1 … 1")
         self.trace.emit("override", self.line, value=override)
         self._paused = override == 0.0
-        if not self._paused:
-            self.mover.set_override(self.tick, override)
+        self._backward = override < 0.0
+        turns_round = self._backward != (self.mover.direction < 0.0)
+        if not self._paused and not (turns_round and self.state is State.MOVING):
+            self.mover.set_override(self.tick, abs(override))
         elif self.state is State.MOVING:
             self.mover.halt(self.tick)
+            self.mover.override = abs(override) or self.mover.override
         if self.state is State.HALTED and self._hold is Hold.NONE:
             self._settle()
 
@@ -182,6 +191,7 @@ class Kernel:
         bound = self.planner.route.speed_bound(np.concatenate(([self._last_s], s)))
         self.telemetry.meter_speed(self._last_s, s, bound)
         self._last_s = self.mover.s = float(s[-1])
+        self._frontier = max(self._frontier, self._last_s)
         window = self.telemetry.window(first, rows.columns[:used], lines[:used], self._status())
         self.trace.tick = first + used - 1
         self.world.advance(self.tick)
@@ -223,7 +233,7 @@ class Kernel:
     def _next_row(self, s: Floats, row: int) -> int | None:
         """Row, not before `row`, in which the path passes the next entry; None if it does not in s (N,)."""
         entry = self._front()
-        if entry is None:
+        if entry is None or s[-1] < self._frontier:
             return None
         match entry.call:
             case Motion():
@@ -272,6 +282,8 @@ class Kernel:
             if self._hold in (Hold.STOP, Hold.EMERGENCY):
                 self.state = State.STOPPED if self._hold is Hold.STOP else State.EMERGENCY
                 return
+            if self._astray():
+                return
             entry = None if self._dwell_until is not None else self._front()
             if entry is not None and self._reached(entry):
                 self._execute(entry)
@@ -296,6 +308,20 @@ class Kernel:
             else:
                 self._wait()
                 return
+
+    def _astray(self) -> bool:
+        """Off the frontier of the program, or on the way back from it: True if the path is dealt with."""
+        if self._dwell_until is not None or not (self._backward or self.mover.s < self._frontier):
+            return False
+        if self._held:
+            self.state = State.HALTED
+        elif self._backward:
+            back = self.mover.start_back(self.tick, self.line)
+            self.state = State.MOVING if back else State.HALTED
+        else:
+            self.mover.start(self.tick, self.line)
+            self.state = State.MOVING
+        return True
 
     def _reached(self, entry: Entry) -> bool:
         if isinstance(entry.call, Barrier):
@@ -389,7 +415,7 @@ class Kernel:
         return self.telemetry.standing(first, lines, self._status())
 
     def _status(self) -> Status:
-        override = 0.0 if self._paused else self.mover.override
+        override = 0.0 if self._paused else self.mover.override * self.mover.direction
         return Status(self.dialogue.line, override, self._buffer.fill, self.tool)
 
     def _travelled_mm(self) -> float:

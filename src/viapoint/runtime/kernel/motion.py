@@ -63,11 +63,16 @@ class Rows:
 
 
 class Mover:
-    """Where the robot is on the route, and the law by which it goes on."""
+    """Where the robot is on the route, and the law by which it goes on, forward or back.
+
+    Laws run along r = direction · s, so that going back is planned and timed like going forward.
+    """
 
     def __init__(self, cell: Cell, route: Route, override: float) -> None:
         self.law: TimeLaw | None = None
         self.s = 0.0
+        self.direction = 1.0
+        """1 forward, −1 back along the route, of the law or of the one before it."""
         self.override = override
         self._route = route
         self._tick = cell.tick
@@ -79,7 +84,7 @@ class Mover:
             deceleration=np.append(limits.acceleration, (path.deceleration, path.angular_acceleration)),
         )
         self._stopping = 0.5 * path.speed**2 / path.deceleration + path.speed * path.acceleration / path.jerk
-        self._slowing_until = 0.0  # s up to which a higher override still holds, while slowing down
+        self._slowing_until = -np.inf  # r up to which a higher override still holds, while slowing down
         self._slowing_from = override
 
     @property
@@ -92,15 +97,23 @@ class Mover:
 
         Raises PlanningError, naming `line`, where no law keeps the limits.
         """
-        end = self._horizon(self.s)
-        if end <= self.s:
+        return self._start(tick, line, 1.0, self._horizon(self.s))
+
+    def start_back(self, tick: int, line: int) -> bool:
+        """From rest at `tick`: back to the exact stop before, or as far as the route is kept."""
+        return self._start(tick, line, -1.0, -self._route.stop_before(self.s))
+
+    def _start(self, tick: int, line: int, direction: float, end: float) -> bool:
+        begin = direction * self.s
+        if end <= begin:
             return False
+        self.direction, self._slowing_until = direction, -np.inf
         try:
             self.law = plan(
-                _Curve(self._route, self.s, end),
+                self._curve(end),
                 self.limits,
                 self._speed_bound,
-                s_start=self.s,
+                s_start=begin,
                 s_end=end,
                 tick=self._tick,
                 t0=tick * self._tick,
@@ -112,7 +125,7 @@ class Mover:
     def extend(self, tick: int) -> bool:
         """At `tick`, moving: let the law reach further if it is time to; True if later ticks changed."""
         law = self._moving
-        if law.s_end in self._route.stops or not self._due(law):
+        if self.direction < 0.0 or law.s_end in self._route.stops or not self._due(law):
             return False
         end = self._horizon(self.s)
         return end > law.s_end and self._adopt(self._anew(tick, end))
@@ -131,7 +144,7 @@ class Mover:
             jerk=self.limits.jerk * factor,
         )
         law = self._moving
-        curve = _Curve(self._route, self.s, law.s_end)
+        curve = self._curve(law.s_end)
         next_time = (tick + 1) * self._tick
 
         def stopped() -> TimeLaw | None:
@@ -147,16 +160,15 @@ class Mover:
         """
         before, self.override = self.override, override
         if self.law is None:
-            self._slowing_until = self.s
             return False
         law = self.law
         if override >= before:
             return self._adopt(self._anew(tick, law.s_end))
-        s, v, _ = (float(x[0]) for x in law.at(np.array([(tick + 1) * self._tick])))
-        self._slowing_from = before if s >= self._slowing_until else max(before, self._slowing_from)
-        distance = max(v * self._tick, 0.5 * v * v * (1.0 - (override / before) ** 2) / self._deceleration(s))
-        while s + distance < law.s_end:
-            self._slowing_until = s + distance
+        r, v, _ = (float(x[0]) for x in law.at(np.array([(tick + 1) * self._tick])))
+        self._slowing_from = before if r >= self._slowing_until else max(before, self._slowing_from)
+        distance = max(v * self._tick, 0.5 * v * v * (1.0 - (override / before) ** 2) / self._deceleration(r))
+        while r + distance < law.s_end:
+            self._slowing_until = r + distance
             if self._adopt(self._anew(tick, law.s_end)):
                 return True
             distance *= _SLOWING_GROWTH
@@ -176,7 +188,7 @@ class Mover:
     def _anew(self, tick: int, end: float) -> Callable[[], TimeLaw | None]:
         """The present law planned anew after `tick`, to rest at `end`."""
         law = self._moving
-        curve = _Curve(self._route, self.s, end)
+        curve = self._curve(end)
 
         def planned() -> TimeLaw | None:
             time = (tick + 1) * self._tick
@@ -195,19 +207,23 @@ class Mover:
             self.law = law
         return law is not None
 
-    def _speed_bound(self, s: Floats) -> Floats:
-        """Bound (N,) on the rate of s: programmed speed and speed limits, scaled by the override."""
+    def _curve(self, end: float) -> _Curve:
+        return _Curve(self._route, self.direction, self.direction * self.s, end)
+
+    def _speed_bound(self, r: Floats) -> Floats:
+        """Bound (N,) on the rate of r (N,): programmed speed and speed limits, scaled by the override."""
+        s = self.direction * r
         bound = self._route.speed_bound(s)
-        if self.override == 1.0 and self._slowing_until <= self.s:
+        if self.override == 1.0 and self._slowing_until <= self.direction * self.s:
             return bound
         rates = np.abs(self._route.axes.derivatives(s)[0])
         axes = np.where(rates > _STILL, self.limits.speed / np.maximum(rates, _STILL), np.inf)
-        scale = np.where(s < self._slowing_until, self._slowing_from, self.override)
+        scale = np.where(r < self._slowing_until, self._slowing_from, self.override)
         return np.asarray(scale * np.minimum(bound, axes.min(axis=1)))
 
-    def _deceleration(self, s: float) -> float:
-        """How fast the rate of s may fall at s, curvature left aside."""
-        rates = np.abs(self._route.axes.derivatives(np.array([s]))[0][0])
+    def _deceleration(self, r: float) -> float:
+        """How fast the rate of r may fall at r, curvature left aside."""
+        rates = np.abs(self._route.axes.derivatives(np.array([self.direction * r]))[0][0])
         return float(np.min(self.limits.braking / np.maximum(rates, _STILL)))
 
     def rows(self, first_tick: int, count: int) -> Rows:
@@ -216,10 +232,11 @@ class Mover:
         times = np.arange(first_tick, first_tick + count, dtype=np.float64) * self._tick
         left = int(np.searchsorted(times, law.t_end - _ROUNDING * self._tick)) + 1
         times = times[:left]
-        s, _, _ = law.at(times)
+        r, _, _ = law.at(times)
         arrived = left <= count
         if arrived:
-            s[-1] = law.s_end
+            r[-1] = law.s_end
+        s = self.direction * r
         return Rows(s, self._route.axes.everything(s), arrived)
 
     def limited_by(self, first_tick: int, last_tick: int) -> str:
@@ -258,18 +275,21 @@ class Mover:
 
 @dataclass(frozen=True, slots=True)
 class _Curve:
-    """The limited axes of the route over one horizon, as the time law wants them."""
+    """The limited axes of the route over one horizon of r = direction · s, as the time law wants them."""
 
     route: Route
-    s_from: float
-    s_to: float
+    direction: float
+    r_from: float
+    r_to: float
 
-    def values(self, s: Floats) -> Floats:
-        return self.route.axes.values(s)
+    def values(self, r: Floats) -> Floats:
+        return self.route.axes.values(self.direction * r)
 
-    def derivatives(self, s: Floats) -> tuple[Floats, Floats, Floats]:
-        return self.route.axes.derivatives(s)
+    def derivatives(self, r: Floats) -> tuple[Floats, Floats, Floats]:
+        first, second, third = self.route.axes.derivatives(self.direction * r)
+        return self.direction * first, second, self.direction * third
 
     @property
     def breaks(self) -> Floats:
-        return self.route.breaks(self.s_from, self.s_to)
+        s_from, s_to = sorted((self.direction * self.r_from, self.direction * self.r_to))
+        return np.sort(self.direction * self.route.breaks(s_from, s_to))
