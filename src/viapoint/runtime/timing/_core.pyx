@@ -35,6 +35,7 @@ cdef extern from "_loops.h" nogil:
     double sum(int, In)
 
 cdef double FEASIBLE = _twin.FEASIBLE
+cdef double HOPELESS = _twin.HOPELESS
 cdef double LEAST_CENTRING = _twin.LEAST_CENTRING
 cdef double TO_BOUNDARY = _twin.TO_BOUNDARY
 cdef double LEAST_SHRINK = _twin.LEAST_SHRINK
@@ -49,14 +50,13 @@ cdef class _Work:
     """One solve: pointers into the problem and the state, and scratch space."""
 
     cdef int n, ma, mj, fixed
-    cdef double gap, violation, count
+    cdef double gap, violation, count, low, high, first, second, dual
     cdef double[::1] c, padded, weight, inverse_max, scale
     cdef double[:, ::1] lo, hi, above, below, jm, j0, jp
     cdef double[:, :, ::1] sa, za, ra, ia, da, sj, zj, rj, ij, dj
     cdef double[::1] sx, zx, rx, ix, dx
     cdef double[::1] room, bend, zero, y, both, skew, force, total, dc
     cdef double[:, ::1] sums, parts, hessian
-    cdef double low, high, first, second, dual
 
     def __init__(self, p, c, state):
         self.c = np.array(c)
@@ -74,9 +74,6 @@ cdef class _Work:
         self.padded = np.zeros(n + 2)
         self.sums, self.parts, self.hessian = np.empty((2, n + 1)), np.empty((9, n + 1)), np.empty((3, n))
         self.count = 2.0 * self.ma * (n + 1) + 2.0 * self.mj * n + n
-
-    def result(self):
-        return np.asarray(self.c), self.gap, self.violation
 
     cdef void clear(self, double[:, ::1] x) noexcept nogil:
         cdef int i, k
@@ -130,12 +127,12 @@ cdef class _Work:
         self.gap = sum(n + 1, gap)
         self.violation = -lowest(n + 1, worst, 0.0)
 
-    cdef bint converged(self, double tolerance) noexcept nogil:
+    cdef bint done(self, double tolerance) noexcept nogil:
         cdef int i
         cdef double duration = 0.0
         for i in range(self.n):
             duration += self.weight[i] / sqrt(self.c[i])
-        return self.gap < tolerance * duration and self.violation < FEASIBLE
+        return (self.gap < tolerance * duration and self.violation < FEASIBLE) or self.gap > HOPELESS * duration
 
     cdef void build(self) noexcept nogil:
         """The Hessian, and the predictor's right side (into dc)."""
@@ -331,7 +328,7 @@ cdef class _Work:
         cdef int k, n = self.n
         for k in range(most):
             self.measure()
-            if self.converged(tolerance):
+            if self.done(tolerance):
                 return k
             self.build()
             if not factor(n, &self.hessian[0, 0], &self.hessian[1, 0], &self.hessian[2, 0]):
@@ -349,8 +346,8 @@ def improve(p, c, state, double tolerance, int most):
     """As `solver.improve`."""
     cdef _Work work = _Work(p, c, state)
     state.iterations += work.run(tolerance, most)
-    better, state.gap, state.violation = work.result()
-    return better
+    state.gap, state.violation = work.gap, work.violation
+    return np.asarray(work.c)
 
 
 def ratios(double[:, ::1] q, limits, double tick):

@@ -23,6 +23,9 @@ from viapoint.runtime.timing.rows import Problem
 FEASIBLE: Final = 3e-3
 """Largest violation of a scaled row that is taken for none; ticks decide in the end."""
 
+HOPELESS: Final = 1e3
+"""Gap, in durations, of a solve that will not converge; a fresh start has 1 to 10."""
+
 FIRST_SLACK: Final = 0.3
 FIRST_BARRIER: Final = 0.1
 """Least slack, and barrier in mean durations of a piece, of a fresh start."""
@@ -96,7 +99,7 @@ def improve(p: Problem, c: Floats, state: State, tolerance: float, most: int) ->
     work = _Work(p, c, state)
     for _ in range(most):
         work.measure()
-        if work.converged(tolerance) or not work.step():
+        if work.done(tolerance) or not work.step():
             break
     state.gap, state.violation = work.gap, work.violation
     return work.c
@@ -188,9 +191,11 @@ class _Work:
         total[:-1] += x
         return _in_order(total)
 
-    def converged(self, tolerance: float) -> bool:
-        """True if gap and violation are small."""
-        return self.gap < tolerance * duration(self.p.weight, self.c) and self.violation < FEASIBLE
+    def done(self, tolerance: float) -> bool:
+        """True if gap and violation are small, or the gap has grown beyond hope: rows that contradict."""
+        time = duration(self.p.weight, self.c)
+        good = self.gap < tolerance * time and self.violation < FEASIBLE
+        return good or self.gap > HOPELESS * time
 
     def step(self) -> bool:
         """One predictor–corrector step; False if the factorisation fails (c stays as it is)."""
