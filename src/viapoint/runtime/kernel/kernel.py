@@ -24,6 +24,7 @@ from viapoint.runtime.kernel.planner import Planner
 from viapoint.runtime.kernel.states import Hold, State
 from viapoint.runtime.kernel.telemetry import Status, Telemetry
 from viapoint.runtime.kernel.trace import Trace
+from viapoint.runtime.kernel.unsupported import refusal
 from viapoint.runtime.records import Event, Floats, Ints, Window
 from viapoint.runtime.signals import SignalWorld
 from viapoint.vm.ports import (
@@ -153,7 +154,11 @@ class Kernel:
         self.dialogue.open(interpreter)
         self.world.advance(0)
         window = self._standing(0, 1)
-        self._settle()
+        refused = refusal(self.cell, self.world.scenario)
+        if refused is not None:
+            self._fail(refused)
+        else:
+            self._settle()
         return window
 
     def advance(self, ticks: int) -> Window:

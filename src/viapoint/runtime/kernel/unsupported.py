@@ -1,0 +1,34 @@
+"""Settings of a cell that are understood but cannot be run yet: refused, not ignored."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel.failure import PlanningError
+from viapoint.runtime.signals import Scenario
+
+
+def refusal(cell: Cell, scenario: Scenario | None) -> PlanningError | None:
+    """Why this cell cannot be run, naming the first key that asks for something not there yet."""
+    key = next(_unsupported(cell, scenario), None)
+    if key is None:
+        return None
+    return PlanningError("E392", f"{key} cannot be run yet", 0, "take the key out of the file")
+
+
+def _unsupported(cell: Cell, scenario: Scenario | None) -> Iterator[str]:
+    if cell.profile != "s-curve":
+        yield f'controller.profile = "{cell.profile}"'
+    if cell.filter.ticks > 0:
+        yield "controller.filter"
+    if cell.drives.kind != "ideal":
+        yield f'drives.kind = "{cell.drives.kind}"'
+    for index, point in cell.points.items():
+        if point.live:
+            yield f"points.P{index}.live = true"
+    for index, frame in cell.frames.items():
+        if frame.live:
+            yield f"live = true of frame {index}"
+    if scenario is not None and scenario.corrections:
+        yield "a correction of the scenario"
