@@ -17,7 +17,7 @@ import numpy.typing as npt
 from viapoint.language.units import DEG
 from viapoint.runtime.kernel import chebyshev
 from viapoint.runtime.kernel.chebyshev import Cells
-from viapoint.runtime.kernel.failure import PlanningError
+from viapoint.runtime.kernel.failure import JointJump, PlanningError
 from viapoint.runtime.kernel.sampling import Cell as _Cell
 from viapoint.runtime.kernel.sampling import Stretch, sample
 from viapoint.runtime.path import Space
@@ -164,7 +164,8 @@ class AxisPath:
         for start, width, values, coeffs in done:
             gap = self._last[:n] - values[0, :n]
             turns = turn * np.round(gap / (2.0 * np.pi))
-            if np.abs(gap - turns).max() > _JOIN_GAP:
+            turned = stretch.curve.space is Space.JOINT and turns.any()  # its joints are meant as they are
+            if turned or np.abs(gap - turns).max() > _JOIN_GAP:
                 raise self._jump(stretch, start)
             shift = np.concatenate((turns, self._last[n:]))
             moved = coeffs.copy()
@@ -200,9 +201,10 @@ class AxisPath:
                 stretch.line,
                 "make R of the motion before smaller, or leave it out",
             )
-        return PlanningError(
+        return JointJump(
             "E304",
             f"the joints cannot follow the path continuously {where}: it passes a singular pose",
             stretch.line,
             "go through the singular pose with MJ, or move the path away from it",
+            w,
         )

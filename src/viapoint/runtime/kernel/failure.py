@@ -18,5 +18,13 @@ class PlanningError(MotionError):
     """E3xx: found while planning, before the robot moves there."""
 
 
+class JointJump(PlanningError):
+    """The joints cannot follow a stretch of path within one configuration: it breaks off at `place`, m."""
+
+    def __init__(self, code: str, message: str, line: int, hint: str | None, place: float) -> None:
+        super().__init__(code, message, line, hint)
+        self.place = place
+
+
 class ExecutionError(MotionError):
     """E4xx: found while running; the robot has been stopped on its path."""

@@ -7,12 +7,13 @@ end in the same joints.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from viapoint.runtime.kernel.failure import PlanningError
-from viapoint.runtime.kernel.sampling import FlangePath
+from viapoint.runtime.kernel.sampling import Curve, FlangePath
 from viapoint.runtime.path import Poses
 from viapoint.runtime.records import Floats
 from viapoint.runtime.robots import Robot
@@ -26,6 +27,12 @@ _LARGEST_STEP: Final = 0.5
 _TIE: Final = 1e-9
 """Distances to the references closer than this are a tie, which the start decides."""
 
+
+_BISECTIONS: Final = 52
+"""Halvings that find a place on a path to the last digit."""
+
+_HALF_JUMP: Final = 0.5 * np.pi
+"""rad: joints further from those before a singular pose than this are behind it."""
 
 _NUDGE: Final = 1e-5
 """m (or rad) from a singular pose at which the direction of its free joints is read."""
@@ -60,10 +67,18 @@ def end_joints(robot: Robot, path: FlangePath, q_start: Floats, line: int) -> tu
         q, reachable = robot.ik_path(X, configuration, q_leaving)
         if not reachable.all():
             raise _leaves_reach(path, (float(np.argmin(reachable)) - 1.0) / (count - 1), line)
-        steps = np.abs(np.diff(q, axis=0)).max(initial=0.0)
-        if steps < _LARGEST_STEP or count >= _MOST_SAMPLES:
+        steps = np.abs(np.diff(q, axis=0)).max(axis=1)
+        if steps.max() < _LARGEST_STEP:
             return q[-1], X[-1], configuration
+        if count >= _MOST_SAMPLES:
+            break
         count = 4 * (count - 1) + 1
+    k = int(np.argmax(steps))
+    w = singular_place(robot, path, configuration, q[k], np.array([k, k + 1.0]) * (path.length / (count - 1)))
+    if w is None or not 0.0 < w < path.length:
+        return q[-1], X[-1], configuration
+    rest = FlangePath(_Rest(path.curve, w), path.X_tool_flange)
+    return *end_joints(robot, rest, q[k], line)[:2], configuration
 
 
 def tcp_kinematics(robot: Robot, X_flange_tool: Floats) -> Callable[[Floats], Poses]:
@@ -99,6 +114,49 @@ def leaving_singular(
         if reachable[0] and also[0] and (best is None or distance < best[0]):
             best = (distance, index, q[0])
     return (best[1], best[2]) if best is not None else (int(robot.configuration(q_start)), q_start)
+
+
+def singular_place(
+    robot: Robot, path: FlangePath, configuration: int, reference: Floats, between: Floats
+) -> float | None:
+    """Where, `between` two places (2,), a path passes exactly through a singular pose; None if nowhere.
+
+    Beside such a pose a joint of the configuration jumps by half a turn; another branch goes on smoothly.
+    Free joints there are as in `reference` (n,).
+    """
+
+    def joints(w: float, reference: Floats) -> tuple[Floats, bool]:
+        X = path.flange_poses(np.array([w]))
+        q, _ = robot.ik_branch(X, configuration, reference)
+        return q[0], bool(robot.kinematics.free_joint(X, q)[0])
+
+    low, high = (float(w) for w in np.clip(between, 0.0, path.length))
+    q_before, _ = joints(low, reference)
+    for _ in range(_BISECTIONS):
+        for w in (low, high):
+            if joints(w, q_before)[1]:
+                return w
+        middle = 0.5 * (low + high)
+        if np.abs(joints(middle, q_before)[0] - q_before).max() < _HALF_JUMP:
+            low = middle
+        else:
+            high = middle
+    return None
+
+
+@dataclass(frozen=True)
+class _Rest:
+    """A curve from `begin` on."""
+
+    curve: Curve
+    begin: float
+
+    @property
+    def length(self) -> float:
+        return self.curve.length - self.begin
+
+    def poses(self, w: Floats) -> Poses:
+        return self.curve.poses(self.begin + w)
 
 
 def _no_solution(robot: Robot, X_base_flange: Floats, line: int) -> PlanningError:

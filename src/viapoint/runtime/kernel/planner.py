@@ -131,6 +131,11 @@ class Planner:
         if motion.tool != self._tool:
             self.close(motion.line)
             self._tool = motion.tool
+        if self._resolver.is_fresh_from_singular(motion):
+            self.close(motion.line)
+        if self._open is None:  # the path stops here: what it really ends in is known
+            self._take()
+            self._resolver.arrive(self.route.axes.q_end)
         resolved = self._resolver.resolve(motion, tag)
         move = resolved.move
         if self._stepping:

@@ -61,6 +61,7 @@ class Resolver:
         self.cell = cell
         self.robot: Robot = cell.robot
         self.stand = Stand(q_start, self.robot.fk(q_start))
+        self._joint_before = False
 
     def resolve(self, motion: Motion, tag: int) -> Resolved:
         """The move of `motion`, which starts where the last one ended. Raises PlanningError."""
@@ -73,7 +74,25 @@ class Resolver:
         except GeometryError as error:
             raise PlanningError(error.code, error.message, motion.line) from None
         self.stand = resolved.end
+        self._joint_before = resolved.move.kind is MoveKind.JOINT
         return resolved
+
+    def arrive(self, q: Floats) -> None:
+        """The path as rounded stops here in joints q (n,): beside a singular pose it may have gone another way
+        round than the programmed one.
+        """
+        self.stand = Stand(q, self.stand.X_base_flange)
+
+    def is_fresh_from_singular(self, motion: Motion) -> bool:
+        """Whether a path motion starts where a joint move has ended in a singular pose.
+
+        The free joints must turn first, so the robot stops there: no round edge can lead out of a joint move
+        along which a joint stays free.
+        """
+        if not self._joint_before or _KINDS[motion.kind] is MoveKind.JOINT:
+            return False
+        stand = self.stand
+        return bool(self.robot.kinematics.free_joint(stand.X_base_flange[None], stand.q[None])[0])
 
     def tool(self, index: int, line: int) -> Floats:
         """X_flange_tool (4, 4) of a tool of the cell. Raises PlanningError."""

@@ -14,7 +14,8 @@ from typing import Final
 import numpy as np
 
 from viapoint.runtime.kernel.axispath import AxisPath
-from viapoint.runtime.kernel.joints import leaving_singular, tcp_kinematics
+from viapoint.runtime.kernel.failure import JointJump
+from viapoint.runtime.kernel.joints import leaving_singular, singular_place, tcp_kinematics
 from viapoint.runtime.kernel.resolver import Resolved
 from viapoint.runtime.kernel.sampling import PathLimits, Stretch
 from viapoint.runtime.kernel.speeds import rate_bounds
@@ -27,6 +28,9 @@ _HELD_TURN: Final = 1e-9
 """rad. Free joints that must turn by more than this before the TCP can leave a singular pose do so first."""
 
 
+_BESIDE: Final = 2e-7
+"""m around a place at which the joints jump, to look for the singular pose there."""
+
 _SAME_PLACE: Final = 1e-12
 """m: rounding of summed lengths."""
 
@@ -38,6 +42,9 @@ class _Planned:
     resolved: Resolved
     line: int
     X_tool_flange: Floats
+
+
+_Waiting = tuple[Stretch, _Planned]
 
 
 class Route:
@@ -55,7 +62,7 @@ class Route:
         self._count = 0  # pieces taken, as the chain counts them
         self._after = {0: 0.0}  # s after the first so many pieces
         self._before: Piece | None = None
-        self._waiting: list[tuple[Stretch, _Planned]] = []
+        self._waiting: list[_Waiting] = []
         self._configuration: int | None = None
         self._bounds_at: list[float] = []
         self._rules: list[tuple[float, ...]] = []
@@ -106,6 +113,12 @@ class Route:
         k = bisect.bisect_right(self.stops, s)
         return self.stops[k] if k < len(self.stops) else None
 
+    def stop_before(self, s: float) -> float:
+        """The last exact stop before s that is still kept, or where the kept route begins."""
+        k = bisect.bisect_left(self.stops, s) - 1
+        begin = self._bounds_at[0] if self._bounds_at else 0.0
+        return max(self.stops[k], begin) if k >= 0 else min(begin, s)
+
     def breaks(self, s_from: float, s_to: float) -> Floats:
         """Places inside (s_from, s_to) where higher derivatives or the programmed speed may jump."""
         inside = self._bounds_at[
@@ -152,10 +165,38 @@ class Route:
             self._compile()
 
     def _compile(self) -> None:
-        """Compile the queued pieces."""
+        """Compile the queued pieces, through singular poses that they pass exactly."""
         waiting, self._waiting = self._waiting, []
-        if not waiting:
-            return
+        while waiting:
+            before = self._count
+            try:
+                self._lay(waiting)
+                return
+            except JointJump as jump:
+                waiting = self._through_singular(waiting[self._count - before :], jump)
+
+    def _through_singular(self, waiting: list[_Waiting], jump: JointJump) -> list[_Waiting]:
+        """Compile up to the singular pose at which the first stretch breaks off; the rest goes on from there
+        along the branch that is continuous, in another configuration. Raises the jump where none is.
+        """
+        (stretch, motion), *others = waiting
+        around = jump.place + _BESIDE * np.array([-1.0, 1.0])
+        configuration = self._configuration or 0
+        w = singular_place(self._robot, stretch, configuration, self.axes.q_end, around)
+        if w is None or stretch.limits is not PathLimits.APPLY or w >= stretch.length:
+            raise jump
+        if w > 0.0:
+            head, stretch = stretch.split(w)
+            start = self.end
+            self.axes.extend((head,), configuration)
+            self._bound(start, motion, joint_space=False)
+            self.ends.append(self.end)
+        self._configuration, q_leaving = leaving_singular(self._robot, stretch, self.axes.q_end)
+        if self._configuration == configuration or np.abs(q_leaving - self.axes.q_end).max() > _HELD_TURN:
+            raise jump
+        return [(stretch, motion), *others]
+
+    def _lay(self, waiting: list[_Waiting]) -> None:
         start = self.end
         try:
             self.axes.extend([stretch for stretch, _ in waiting], self._configuration or 0)
@@ -192,6 +233,7 @@ class Route:
         q = self.axes.q_end
         configuration, q_leaving = leaving_singular(self._robot, stretch, q, motion.resolved.configuration)
         if np.abs(q_leaving - q).max() > _HELD_TURN:
+            self.stop_here()
             self._turn_in_place(motion, q, q_leaving)
         return configuration
 

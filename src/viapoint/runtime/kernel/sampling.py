@@ -8,7 +8,7 @@ node is extrapolated from its neighbourhood on the path, so that joints stay con
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, unique
 from typing import Final, NamedTuple, Protocol, assert_never
 
@@ -77,6 +77,13 @@ class Stretch(FlangePath):
     curve: Piece
     line: int
     limits: PathLimits
+
+    def split(self, w: float) -> tuple[Stretch, Stretch]:
+        """The stretch up to w and from there on; not for one whose path limits are ramped."""
+        piece = self.curve
+        head = replace(piece, length=w, ends=False, stop=False)
+        tail = replace(piece, begin=piece.begin + w, length=piece.length - w)
+        return replace(self, curve=head), replace(self, curve=tail)
 
     def rates(self, w: Floats) -> Floats:
         """(N, 4): limited TCP length and angle, travelled TCP length and angle, per parameter at w (N,)."""
