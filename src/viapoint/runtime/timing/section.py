@@ -108,8 +108,9 @@ def with_state(ask: Request, est: Estimate, knots: Floats, rest_end: float, stat
     """The section over knots whose first lies at the state's parameter; a virtual piece carries the state."""
     x, slope = state.v**2, 2.0 * state.a
     reach = _STOP_SHARE * x / max(abs(state.a), 1e-12 * x / (knots[-1] - knots[0]))
-    if knots[1] - knots[0] > reach:
-        knots = np.concatenate((knots[:1], [knots[0] + reach], knots[1:]))
+    gap = knots[1] - knots[0]
+    if gap > reach:  # half of a gap hardly wider: two knots must not fall together
+        knots = np.concatenate((knots[:1], [knots[0] + min(reach, 0.5 * gap)], knots[1:]))
     ahead = knots[1] - knots[0]
     before = min(ahead, reach)
     spline = make(np.concatenate(([knots[0] - before], knots)), 0.0, rest_end)
