@@ -1,0 +1,74 @@
+"""Every example of the catalogue, given to the command line as a user would, shows its code."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from viapoint.cli import main
+from viapoint.language.catalogue import CATALOGUE, Entry, Example
+
+PROGRAM_FILES = "E25"
+SCENARIO_FILES = "E29"
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def write(entry: Entry, example: Example) -> tuple[str, list[str]]:
+    """The example's files in the current folder: the program's name, and the options for the others."""
+    options: list[str] = []
+    for name, text in example.files():
+        Path(name).write_bytes(text.encode())
+    if example.robot is not None and example.cell is None:
+        Path("cell.toml").write_text('[robot]\nmodel = "robot.toml"\n')
+    program = "part.via"
+    if example.path is not None:
+        program = example.path
+    elif example.data is not None and entry.code.startswith(SCENARIO_FILES):
+        Path("scenario.toml").write_bytes(example.data)
+    elif example.data is not None:
+        program = "part.viac" if entry.code.startswith(PROGRAM_FILES) else program
+        Path(program).write_bytes(example.data)
+    if not Path(program).exists() and example.path is None:
+        Path(program).write_text("WAIT 0.1\n")
+    if Path("cell.toml").exists():
+        options += ["--cell", "cell.toml"]
+    if Path("scenario.toml").exists():
+        options += ["--scenario", "scenario.toml"]
+    return program, options
+
+
+def ways(program: str, options: list[str]) -> Iterator[list[str]]:
+    """Command lines that may show the code: run it; compile it knowing no cell, and run that; check it."""
+    yield ["run", program, *options]
+    if main(["compile", program, "-o", "elsewhere.viac"]) == 0:
+        yield ["run", "elsewhere.viac", *options]
+    yield ["check", program, *options[:2]]
+
+
+def codes_of(words: list[str], capsys: pytest.CaptureFixture[str]) -> list[str]:
+    capsys.readouterr()
+    code = main([*words, "--format", "json", *(["--max-time", "60"] if words[0] == "run" else [])])
+    out = capsys.readouterr().out
+    found = [diagnostic["code"] for diagnostic in json.loads(out)["diagnostics"]]
+    assert code == (1 if any(each.startswith("E") for each in found) else 0), words
+    return found
+
+
+# Overflow on the way to E490 is what its example is about; numpy says so, and warnings are errors here.
+@pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning", "ignore:invalid value:RuntimeWarning")
+@pytest.mark.parametrize("entry", CATALOGUE.values(), ids=lambda entry: entry.code)
+def test_example_shows_its_code(entry: Entry, place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert entry.examples
+    for example in entry.examples:
+        for file in place.iterdir():
+            file.unlink()
+        program, options = write(entry, example)
+        assert any(entry.code in codes_of(words, capsys) for words in ways(program, options)), example
