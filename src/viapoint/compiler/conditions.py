@@ -9,9 +9,6 @@ from typing import assert_never
 from viapoint.language.tree import And, Compare, Condition, Not, Number, Or, Signal
 from viapoint.vm.instructions import Instruction, encode
 
-NESTING_LIMIT = 100
-"""How deep conditions nest: far above what a reader follows, far below what a stack holds."""
-
 _READS = {"DI": Instruction.READ_INPUT, "DO": Instruction.READ_OUTPUT, "M": Instruction.READ_M}
 
 _COMPARISONS = {
@@ -22,10 +19,6 @@ _COMPARISONS = {
     ">": Instruction.GREATER,
     ">=": Instruction.GREATER_EQUAL,
 }
-
-
-class NestingError(ValueError):
-    """A condition is nested deeper than NESTING_LIMIT."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,33 +82,31 @@ class ConditionLowering:
         self._indices: dict[float, int] = {}
 
     def lower(self, condition: Condition) -> LoweredCondition:
-        """The code of `condition`; raises NestingError."""
+        """The code of `condition`, whose depth the parser has bounded."""
         known = self._known.get(condition)
         if known is None:
-            code = self._code(condition, 0)
+            code = self._code(condition)
             known = LoweredCondition(code, signals_of(condition), text_of(condition))
             self._known[condition] = known
         return known
 
-    def _code(self, condition: Condition, depth: int) -> bytes:
-        if depth > NESTING_LIMIT:
-            raise NestingError
+    def _code(self, condition: Condition) -> bytes:
         match condition:
             case Signal(kind=kind, number=number):
                 return encode(_READS[kind], number, 0)
             case Compare(operator=operator, left=left, right=right):
                 return self._push(left) + self._push(right) + encode(_COMPARISONS[operator])
             case Not(operand=operand):
-                return self._code(operand, depth + 1) + encode(Instruction.NOT)
+                return self._code(operand) + encode(Instruction.NOT)
             case And(operands=operands):
-                return self._chain(operands, encode(Instruction.AND), depth)
+                return self._chain(operands, encode(Instruction.AND))
             case Or(operands=operands):
-                return self._chain(operands, encode(Instruction.OR), depth)
+                return self._chain(operands, encode(Instruction.OR))
             case _:
                 assert_never(condition)
 
-    def _chain(self, operands: tuple[Condition, ...], joint: bytes, depth: int) -> bytes:
-        first, *others = (self._code(each, depth + 1) for each in operands)
+    def _chain(self, operands: tuple[Condition, ...], joint: bytes) -> bytes:
+        first, *others = map(self._code, operands)
         return first + b"".join(other + joint for other in others)
 
     def _push(self, number: Number) -> bytes:

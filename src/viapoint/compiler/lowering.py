@@ -16,7 +16,7 @@ from typing import Any
 from viapoint.compiler.blocks import Blocks, OpenIf
 from viapoint.compiler.cell_checks import CellChecks
 from viapoint.compiler.cell_names import CellNames
-from viapoint.compiler.conditions import NESTING_LIMIT, ConditionLowering, LoweredCondition, NestingError
+from viapoint.compiler.conditions import ConditionLowering
 from viapoint.compiler.findings import Findings
 from viapoint.compiler.flow import Flow, MotionTraits, loop_without_motion
 from viapoint.compiler.labels import Labels
@@ -208,13 +208,9 @@ class Lowering:
 
     # Branches
 
-    def _condition(
-        self, statement: tree.If | tree.ElseIf, word: str, arrived: bool
-    ) -> tuple[int | None, bool]:
+    def _condition(self, statement: tree.If | tree.ElseIf, word: str, arrived: bool) -> tuple[int, bool]:
         """Barrier, condition and its jump: where the jump's target goes, and whether the path stands."""
-        lowered = self._lower(statement)
-        if lowered is None:
-            return None, arrived
+        lowered = self._conditions.lower(statement.condition)
         if lowered.signals and not arrived:
             self._emit(_I.BARRIER, self._text(f"{word} {lowered.text}"))
             self._flow.exact_stop(word)
@@ -225,18 +221,6 @@ class Lowering:
         operand = len(self._code) + _BRANCH_TARGET
         self._emit(_I.JUMP_IF_FALSE, 0)
         return operand, arrived
-
-    def _lower(self, statement: tree.If | tree.ElseIf) -> LoweredCondition | None:
-        try:
-            return self._conditions.lower(statement.condition)
-        except NestingError:
-            self._findings.add(
-                "E210",
-                statement_span(statement),
-                f"the condition is nested deeper than {NESTING_LIMIT} levels",
-                "remove parentheses and NOTs that are not needed",
-            )
-            return None
 
     def _if(self, statement: tree.If) -> None:
         operand, arrived = self._condition(statement, "IF", False)

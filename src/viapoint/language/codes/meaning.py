@@ -71,13 +71,6 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "MJ P1 F50\nTRK 1\nHOME\nTRK 0\n",
     ),
     entry(
-        "E210",
-        "condition nested too deep",
-        """Conditions may nest to a depth of 100 levels. A condition that needs more cannot be read either:
-        drop parentheses and double NOTs.""",
-        "IF " + "NOT " * 101 + "DI1\nENDIF\n",
-    ),
-    entry(
         "E211",
         "joint references on a joint-space point",
         """J parameters beside a point choose one of the joint configurations that reach its pose. A point

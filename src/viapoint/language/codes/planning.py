@@ -47,8 +47,8 @@ ENTRIES: Final[tuple[Entry, ...]] = (
     entry(
         "E304",
         "path too close to a singular pose",
-        """The path passes a pose where two joint axes line up, or where the wrist stands on the axis of J1, not
-        exactly, but so closely that joints would have to turn far within less than a micrometre. Pass such
+        """The path passes a pose where two joint axes line up, or where the wrist stands on the axis of J1,
+        not exactly, but so closely that joints would have to turn far within less than a micrometre. Pass such
         a pose with MJ, lead the path around it, or exactly through it.""",
         "MJ J4=0.00001 J5=20 F50\nML X=1700 B=-20 F50\n",
     ),
@@ -63,8 +63,8 @@ ENTRIES: Final[tuple[Entry, ...]] = (
     entry(
         "E306",
         "three points that define no circle",
-        """MC runs on the circle through its start, Q and its target. Points on one line, or two of them in the
-        same place, have no such circle. Move Q off the line between start and target; for a full circle
+        """MC runs on the circle through its start, Q and its target. Points on one line, or two of them in
+        the same place, have no such circle. Move Q off the line between start and target; for a full circle
         program H and a target elsewhere on it.""",
         "HOME F50\nMC X=1755 Y=200 Z=2660 QX=1755 QY=100 QZ=2660 F100\n",
     ),
