@@ -94,7 +94,8 @@ def _print_report(report: CheckReport, *, heading: bool) -> None:
 def _why(row: dict[str, Any]) -> str:
     forced = row["forced_by_line"]
     reason: str = row["reason"]
-    return f"line {forced} requires the stop" if forced is not None and row["stop"] else reason
+    elsewhere = forced not in (None, row["line"])  # its own line: the program's text ends with it
+    return f"line {forced} requires the stop" if elsewhere and row["stop"] else reason
 
 
 def _print_summary(found: list[Diagnostic]) -> None:
