@@ -29,8 +29,8 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "wait that nothing can end",
         """The program waits for an input, for the reset of an M flag, or asks the same question in a loop,
         and nothing in the scenario will ever change the answer: the simulation would wait for ever. Add to
-        the scenario what the real cell does there, an [[at]] for a time or a [[when]] for an answer to an output
-        or an M.""",
+        the scenario what the real cell does there, an [[at]] for a time or a [[when]] for an answer to an
+        output or an M.""",
         "WAIT DI 1\n",
         "M 5\n",
         "ASK:\nIF DI2\nEND\nENDIF\nGOTO ASK\n",

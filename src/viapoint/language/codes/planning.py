@@ -48,8 +48,8 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "E304",
         "path too close to a singular pose",
         """The path passes a pose where two joint axes line up, or where the wrist stands on the axis of J1,
-        not exactly, but so closely that joints would have to turn far within less than a micrometre. Pass such
-        a pose with MJ, lead the path around it, or exactly through it.""",
+        not exactly, but so closely that joints would have to turn far within less than a micrometre. Pass
+        such a pose with MJ, lead the path around it, or exactly through it.""",
         "MJ J4=0.00001 J5=20 F50\nML X=1700 B=-20 F50\n",
     ),
     entry(
