@@ -220,7 +220,7 @@ def _merged(first: Corner, second: Corner) -> Corner:
 
 
 def _require_finite(move: Move) -> None:
-    numbers: list[Floats | None] = [move.q_start, move.q_target]
+    numbers: list[Floats | None] = [move.q_start, move.q_target, move.e_start, move.e_target]
     for pose in (move.start, move.target, move.via):
         if pose is not None:
             numbers += [pose.position, pose.quaternion]

@@ -48,6 +48,7 @@ class Reason(Enum):
     REVERSAL = "the path turns back on itself"
     IN_PLACE = "a rotation in place has no tangent"
     NO_DIRECTION = "the TCP does not move at the end of the joint move"
+    AUXILIARY = "auxiliary axes move alone on one side"
     TOO_SHORT = "a motion beside the corner is too short to round"
     NO_TOLERANCE = "tangential, but its curvature jumps and the path tolerance does not allow an edge"
 
@@ -162,17 +163,14 @@ class _Side:
 
     @classmethod
     def of(cls, segment: Segment, w: float, other: Segment) -> _Side:
+        auxiliary = () if segment.auxiliary is None else segment.auxiliary.derivatives(w)[1:]
         if isinstance(segment, JointSegment) and isinstance(other, JointSegment):
             _, v, a = segment.curve.derivatives(w)
-            return cls(segment, v, v, a)
+            return cls(segment, v, *_with_auxiliary((v,), (a,), auxiliary))
         jet: Jet = segment.jet(w)
         direction = jet.rate if segment.turns_in_place else jet.velocity
-        return cls(
-            segment,
-            direction,
-            np.concatenate((jet.velocity, jet.rate)),
-            np.concatenate((jet.acceleration, jet.rate_change)),
-        )
+        first, second = (jet.velocity, jet.rate), (jet.acceleration, jet.rate_change)
+        return cls(segment, direction, *_with_auxiliary(first, second, auxiliary))
 
     def continues_in(self, after: _Side) -> bool:
         return bool(
@@ -181,14 +179,26 @@ class _Side:
         )
 
 
+def _with_auxiliary(
+    first: tuple[Floats, ...], second: tuple[Floats, ...], auxiliary: tuple[Floats, ...]
+) -> tuple[Floats, Floats]:
+    """First and second derivatives, those of the auxiliary axes last."""
+    return np.concatenate((*first, *auxiliary[:1])), np.concatenate((*second, *auxiliary[1:]))
+
+
 def _size(jump: Floats) -> float:
-    """A jump of pose derivatives (6,) as a length, of joint derivatives (n,) as a rough one."""
-    if len(jump) != 6:
-        return norm(jump)
-    return norm(jump[:3]) + LEVER * norm(jump[3:])
+    """A jump of derivatives, pose (6,) and auxiliary axes (k,), as a length; of joints, a rough one."""
+    pose = norm(jump[:3]) + LEVER * norm(jump[3:6])
+    return pose + norm(jump[6:]) if len(jump) > 6 else pose
+
+
+def _stands(segment: Segment) -> bool:
+    return isinstance(segment, JointSegment) and segment.stands
 
 
 def _obstacle(before: _Side, after: _Side) -> Reason | None:
+    if _stands(before.segment) or _stands(after.segment):
+        return Reason.AUXILIARY
     if before.segment.turns_in_place is not after.segment.turns_in_place:
         return Reason.IN_PLACE
     if min(np.linalg.norm(before.direction), np.linalg.norm(after.direction)) < NO_DIRECTION:

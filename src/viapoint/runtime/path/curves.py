@@ -101,6 +101,7 @@ class Bezier:
 
 
 Curve = Straight | Arc | Bezier
+Profile = Straight | Bezier
 
 
 def joining(left: Derivatives, right: Derivatives, length: float) -> Bezier:

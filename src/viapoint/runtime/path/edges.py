@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from viapoint.runtime.path.curves import joining
+from viapoint.runtime.path.curves import Profile, joining
 from viapoint.runtime.path.moves import Floats, Space
 from viapoint.runtime.path.segments import Jet, JointSegment, PoseSegment, Segment
 from viapoint.runtime.path.turns import Key, turn_about
@@ -19,7 +19,7 @@ def round_edge(left: Segment, right: Segment, leave: float, join: float) -> Segm
     if isinstance(left, JointSegment) and isinstance(right, JointSegment):
         length = left.length - leave + join
         curve = joining(left.curve.derivatives(leave), right.curve.derivatives(join), length)
-        return JointSegment(curve, left.weights, left.fk)
+        return JointSegment(curve, left.weights, left.fk, _auxiliary(left, right, leave, join, length))
     a, b = left.jet(leave), right.jet(join)
     length = _range(left, right, leave, join, a, b)
     curve = joining(
@@ -27,7 +27,16 @@ def round_edge(left: Segment, right: Segment, leave: float, join: float) -> Segm
     )
     corner = corner_orientation(left)
     turn = turn_about(_key(0.0, a), _key(length, b), corner)
-    return PoseSegment(curve, turn, left.turns_in_place and right.turns_in_place)
+    in_place = left.turns_in_place and right.turns_in_place
+    return PoseSegment(curve, turn, in_place, _auxiliary(left, right, leave, join, length))
+
+
+def _auxiliary(left: Segment, right: Segment, leave: float, join: float, length: float) -> Profile | None:
+    """Auxiliary axes pass from one side to the other as the position does."""
+    before, after = left.auxiliary, right.auxiliary
+    if before is None or after is None:
+        return None
+    return joining(before.derivatives(leave), after.derivatives(join), length)
 
 
 def corner_orientation(left: Segment) -> Floats:

@@ -95,5 +95,7 @@ class Move:
     q_target: Floats | None = None  # JOINT: (n,)
     joint_weights: Floats | None = None  # JOINT: (n,) rad of joint-space length per rad or m; None: ones
     fk: Kinematics | None = None  # JOINT: with the tool of this motion
+    e_start: Floats | None = None  # (k,) m or rad, of the auxiliary axes; None: there are none
+    e_target: Floats | None = None  # (k,)
     z_axis: Floats = field(default_factory=_base_z)  # (3,) +Z of the frame, decides half turns
     corner: Corner = Corner()

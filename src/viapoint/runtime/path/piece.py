@@ -15,8 +15,9 @@ class Piece:
     """Finished geometry with a parameter w of its own in 0 … `length`.
 
     w is TCP arc length in m on lines and circles; on a turn in place the angle in rad, on a joint move the
-    joint-space length in rad, each at 1 m per rad; on splines and round edges a parameter in which
-    position and orientation (in joint space: the joints) are C² across every boundary without a stop.
+    joint-space length in rad, each at 1 m per rad; where auxiliary axes move alone, their length; on splines
+    and round edges a parameter in which position and orientation (in joint space: the joints), and the
+    auxiliary axes, are C² across every boundary without a stop.
     """
 
     segment: Segment
@@ -44,6 +45,12 @@ class Piece:
         if not isinstance(self.segment, JointSegment):
             raise ValueError("joints of a piece that is defined by poses")
         return self.segment.joints(self.begin + w)
+
+    def auxiliary(self, w: Floats) -> Floats:
+        """(N,) → auxiliary axes (N, k) m or rad, where the motion has any."""
+        if self.segment.auxiliary is None:
+            raise ValueError("auxiliary axes of a piece that has none")
+        return self.segment.auxiliary.points(self.begin + w)
 
     def tangents(self, w: Floats) -> Floats:
         """(N,) → dp/dw (N, 3), of a piece in POSE space only."""

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from viapoint.runtime.path.curves import Bezier, Curve, Straight
+from viapoint.runtime.path.curves import Bezier, Curve, Profile
 from viapoint.runtime.path.moves import Floats, Kinematics, Poses, Space
 from viapoint.runtime.path.travel import EvenTravel, TableTravel, Travel, tabulate, tabulate_nodes
 from viapoint.runtime.path.turns import KeyedTurn, Turn, UniformTurn
@@ -52,6 +52,7 @@ class PoseSegment:
     curve: Curve
     turn: Turn
     turns_in_place: bool = False  # w is then the angle turned, 1 m per rad
+    auxiliary: Profile | None = None  # of the auxiliary axes (k,); None: there are none
     space = Space.POSE
 
     @property
@@ -104,9 +105,10 @@ class PoseSegment:
 class JointSegment:
     """A curve in joint space, in weighted joint-space length; TCP poses through forward kinematics."""
 
-    curve: Straight | Bezier  # of the weighted joints
+    curve: Profile  # of the weighted joints
     weights: Floats  # (n,) rad of joint-space length per rad or m of a joint
     fk: Kinematics
+    auxiliary: Profile | None = None
     turns_in_place = False
     space = Space.JOINT
 
@@ -114,6 +116,11 @@ class JointSegment:
     def length(self) -> float:
         """The range of w."""
         return self.curve.length
+
+    @property
+    def stands(self) -> bool:
+        """No joint moves in it: auxiliary axes move alone, and w is the length they travel."""
+        return not self.curve.velocities(np.zeros(1)).any()
 
     def joints(self, w: Floats) -> Floats:
         """(N,) → (N, n) rad or m."""

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from viapoint.runtime.path.curves import Arc, Straight
+from viapoint.runtime.path.curves import Arc, Profile, Straight
 from viapoint.runtime.path.errors import GeometryError
 from viapoint.runtime.path.keys import keys_along, periodic_keys
 from viapoint.runtime.path.moves import Floats, Move, MoveKind, Pose
@@ -37,17 +37,21 @@ def line(move: Move) -> PoseSegment:
     in_place = distance < IN_PLACE and angle > distance
     length = angle if in_place else distance
     curve = Straight(move.start.position, along / length, length)
-    return PoseSegment(curve, slerp(quaternion(move.start), turn, length), in_place)
+    turned = slerp(quaternion(move.start), turn, length)
+    return PoseSegment(curve, turned, in_place, even_auxiliary(move, length))
 
 
 def joint_move(move: Move) -> JointSegment:
-    """Straight line in joint space."""
+    """Straight line in joint space; where no joint moves, its parameter is the auxiliary axes' length."""
     if move.q_start is None or move.q_target is None or move.fk is None:
         raise ValueError("a joint move needs q_start, q_target and fk")
     weights = np.ones_like(move.q_start) if move.joint_weights is None else move.joint_weights
     start, along = weights * move.q_start, weights * (move.q_target - move.q_start)
     length = float(np.linalg.norm(along))
-    return JointSegment(Straight(start, along / length, length), weights, move.fk)
+    if length < ZERO_LENGTH:
+        length, along = auxiliary_length(move), np.zeros_like(along)
+    curve = Straight(start, along / length, length)
+    return JointSegment(curve, weights, move.fk, even_auxiliary(move, length))
 
 
 def circle(move: Move) -> PoseSegment:
@@ -59,7 +63,8 @@ def circle(move: Move) -> PoseSegment:
     Raises GeometryError E306 where the three points define no circle.
     """
     arc, at_via, at_target = _arc(move)
-    return PoseSegment(arc, _circle_turn(move, arc, at_via, at_target))
+    turn = _circle_turn(move, arc, at_via, at_target)
+    return PoseSegment(arc, turn, auxiliary=even_auxiliary(move, arc.length))
 
 
 def _arc(move: Move) -> tuple[Arc, float, float]:
@@ -99,8 +104,27 @@ def _circle_turn(move: Move, arc: Arc, at_via: float, at_target: float) -> Turn:
     return turn_through(keys_along(stops, orientations, move.z_axis))
 
 
+def even_auxiliary(move: Move, length: float) -> Profile | None:
+    """The auxiliary axes of a motion as they move with it: evenly over its parameter 0 … length."""
+    if move.e_start is None or move.e_target is None:
+        return None
+    return Straight(move.e_start, (move.e_target - move.e_start) / length, length)
+
+
+def auxiliary_length(move: Move) -> float:
+    """How far the auxiliary axes travel, rad counted as m."""
+    if move.e_start is None or move.e_target is None:
+        return 0.0
+    return float(np.linalg.norm(move.e_target - move.e_start))
+
+
 def is_zero(move: Move) -> bool:
     """Nothing moves in it."""
+    return robot_stands(move) and auxiliary_length(move) < ZERO_LENGTH
+
+
+def robot_stands(move: Move) -> bool:
+    """Nothing moves in it but, perhaps, auxiliary axes."""
     if move.kind is MoveKind.JOINT and move.q_start is not None and move.q_target is not None:
         weights = 1.0 if move.joint_weights is None else move.joint_weights
         return float(np.linalg.norm(weights * (move.q_target - move.q_start))) < ZERO_LENGTH

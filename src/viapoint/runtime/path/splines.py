@@ -6,16 +6,24 @@ runs over the chord's length, and neighbouring splines join with a continuous fi
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from viapoint.runtime.path.curves import Bezier
+from viapoint.runtime.path.curves import Bezier, Profile, joining
 from viapoint.runtime.path.keys import free_rate, passing_rate
 from viapoint.runtime.path.moves import Floats, Move, MoveKind
 from viapoint.runtime.path.rates import shortest_turn
 from viapoint.runtime.path.segments import PoseSegment, Segment
-from viapoint.runtime.path.shapes import IN_PLACE, is_zero, quaternion, shape_alone, turns_in_place
+from viapoint.runtime.path.shapes import (
+    IN_PLACE,
+    even_auxiliary,
+    is_zero,
+    quaternion,
+    shape_alone,
+    turns_in_place,
+)
 from viapoint.runtime.path.turns import Key, Turn, slerp, turn_through
 
 # A neighbour whose TCP moves slower than this (m per unit of w) gives no tangent.
@@ -43,7 +51,8 @@ def spline(move: Move, before: Neighbour | None, after: Neighbour | None) -> Pos
     inner1 = p0 + third * _unit((p3 if p2 is None else p2) - p0, p3 - p0) if p1 is None else p1
     inner2 = p3 - third * _unit(p3 - (p0 if p1 is None else p1), p3 - p0) if p2 is None else p2
     curve = Bezier(np.stack((p0, inner1, inner2, p3)), chord)
-    return PoseSegment(curve, _spline_turn(move, before, after, chord))
+    turn = _spline_turn(move, before, after, chord)
+    return PoseSegment(curve, turn, auxiliary=_spline_auxiliary(move, before, after, chord))
 
 
 def programmed(move: Move) -> Segment | None:
@@ -92,20 +101,53 @@ def _mean_turn(move: Move) -> tuple[Floats, float]:
     return shortest_turn(quaternion(move.start), quaternion(move.target), move.z_axis) / h, h
 
 
-def _spline_turn(move: Move, before: Neighbour | None, after: Neighbour | None, chord: float) -> Turn:
-    q0, q1 = quaternion(move.start), quaternion(move.target)
-    mean, _ = _mean_turn(move)
+def _mean_auxiliary(move: Move) -> tuple[Floats, float]:
+    """Mean rate (k,) of the auxiliary axes along the chord, and the chord's length."""
+    if move.e_start is None or move.e_target is None:
+        raise ValueError("all motions of a path have auxiliary axes, or none")
+    h = float(np.linalg.norm(move.target.position - move.start.position))
+    return (move.e_target - move.e_start) / h, h
+
+
+def _end_rates(
+    mean_of: Callable[[Move], tuple[Floats, float]],
+    move: Move,
+    before: Neighbour | None,
+    after: Neighbour | None,
+) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]] | None:
+    """Rate and change of rate at both ends, from the splines beside it; None where there are none."""
+    mean, chord = mean_of(move)
     rates: list[tuple[Floats, Floats] | None] = [None, None]
     if before is not None and is_spline(before):
-        mean_before, h = _mean_turn(before.move)
+        mean_before, h = mean_of(before.move)
         rates[0] = passing_rate(mean_before, mean, h, chord)
     if after is not None and is_spline(after):
-        mean_after, h = _mean_turn(after.move)
+        mean_after, h = mean_of(after.move)
         rates[1] = passing_rate(mean, mean_after, chord, h)
-    still = np.zeros(3)
+    still = np.zeros_like(mean)
     first, last = rates
     if first is None and last is None:
-        return slerp(q0, mean * chord, chord)
+        return None
     first = first or (free_rate(mean, last[0] if last else mean), still)
-    last = last or (free_rate(mean, first[0]), still)
-    return turn_through([Key(0.0, q0, *first, mean * chord), Key(chord, q1, *last)])
+    return first, last or (free_rate(mean, first[0]), still)
+
+
+def _spline_turn(move: Move, before: Neighbour | None, after: Neighbour | None, chord: float) -> Turn:
+    q0, q1 = quaternion(move.start), quaternion(move.target)
+    onwards = _mean_turn(move)[0] * chord
+    rates = _end_rates(_mean_turn, move, before, after)
+    if rates is None:
+        return slerp(q0, onwards, chord)
+    return turn_through([Key(0.0, q0, *rates[0], onwards), Key(chord, q1, *rates[1])])
+
+
+def _spline_auxiliary(
+    move: Move, before: Neighbour | None, after: Neighbour | None, chord: float
+) -> Profile | None:
+    """Auxiliary axes pass the points of a spline as orientations do, with continuous second derivative."""
+    if move.e_start is None or move.e_target is None:
+        return None
+    rates = _end_rates(_mean_auxiliary, move, before, after)
+    if rates is None:
+        return even_auxiliary(move, chord)
+    return joining((move.e_start, *rates[0]), (move.e_target, *rates[1]), chord)

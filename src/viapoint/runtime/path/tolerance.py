@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from viapoint.runtime.path.edges import round_edge
-from viapoint.runtime.path.moves import Floats, Poses
+from viapoint.runtime.path.moves import Floats
 from viapoint.runtime.path.segments import Segment
 from viapoint.runtime.rotations import quaternion_angle
 
@@ -66,33 +66,34 @@ def widest_edge(
 def deviation(left: Segment, right: Segment, leave: float, join: float) -> float:
     """Largest distance (m) of an edge from what was programmed; orientation counted with `LEVER`.
 
+    Auxiliary axes count fully, rotary ones with 1 m per rad: what they carry may be that large.
     Points of the edge are compared with points of about the same progress, which is never less than
     their distance from the path.
     """
     edge = round_edge(left, right, leave, join)
     w = np.linspace(0.0, edge.length, SAMPLES)
-    made, programmed = edge.poses(w), _programmed(left, right, leave, join, w / edge.length)
-    distance = np.linalg.norm(made.position - programmed.position, axis=1)
-    angle = quaternion_angle(made.quaternion, programmed.quaternion)
-    return float((distance + LEVER * angle).max())
+    w_left, w_right = _beside(left, right, leave, join, w / edge.length)
+    made, a, b = edge.poses(w), left.poses(w_left), right.poses(w_right)
+    distance = np.linalg.norm(made.position - np.concatenate((a.position, b.position)), axis=1)
+    angle = quaternion_angle(made.quaternion, np.concatenate((a.quaternion, b.quaternion)))
+    total = distance + LEVER * angle
+    if edge.auxiliary is not None and left.auxiliary is not None and right.auxiliary is not None:
+        programmed = np.concatenate((left.auxiliary.points(w_left), right.auxiliary.points(w_right)))
+        total = total + np.linalg.norm(edge.auxiliary.points(w) - programmed, axis=1)
+    return float(total.max())
 
 
-def _programmed(left: Segment, right: Segment, leave: float, join: float, t: Floats) -> Poses:
-    """Poses of the uncut segments at the shares t (N,) of an edge's parameter range."""
+def _beside(left: Segment, right: Segment, leave: float, join: float, t: Floats) -> tuple[Floats, Floats]:
+    """Parameters of the uncut segments at the shares t (N,) of an edge's parameter range."""
     lost = left.length - leave
-    if left.space is right.space:
-        x = t * (lost + join)
-        before = x <= lost
-        w_left, w_right = leave + x[before], x[~before] - lost
-    else:
-        w_left, w_right, before = _mixed(left, right, leave, join, t)
-    a, b = left.poses(w_left), right.poses(w_right)
-    return Poses(np.concatenate((a.position, b.position)), np.concatenate((a.quaternion, b.quaternion)))
+    if left.space is not right.space:
+        return _mixed(left, right, leave, join, t)
+    x = t * (lost + join)
+    before = x <= lost
+    return leave + x[before], x[~before] - lost
 
 
-def _mixed(
-    left: Segment, right: Segment, leave: float, join: float, t: Floats
-) -> tuple[Floats, Floats, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+def _mixed(left: Segment, right: Segment, leave: float, join: float, t: Floats) -> tuple[Floats, Floats]:
     """Parameters beside the corner of a joint move and a path motion, whose scales differ.
 
     The speed along the edge changes evenly from one side's |dp/dw| to the other's, so progress is a
@@ -104,7 +105,7 @@ def _mixed(
     cut = 0.5 * (v0 * lost + v1 * gained)
     x = 2.0 * cut * (2.0 * v0 * t + (v1 - v0) * t * t) / (v0 + v1)
     before = x <= cut
-    return leave + lost * x[before] / cut, gained * (x[~before] - cut) / cut, before
+    return leave + lost * x[before] / cut, gained * (x[~before] - cut) / cut
 
 
 def _order(a: tuple[float, float], b: tuple[float, float]) -> float:
