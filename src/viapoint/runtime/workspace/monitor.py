@@ -1,0 +1,200 @@
+"""The rules of a workspace and how far a robot is from breaking them: zones, its own body, the tool's cone.
+
+Stateless: joints in, clearances out. Clearances are signed and change by no more than the robot moves, so
+that one of them vouches for all that is near; `viapoint.runtime.workspace.watch` makes use of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum, unique
+from typing import Final, assert_never
+
+import numpy as np
+
+from viapoint.language.units import DEG, MM
+from viapoint.runtime.cell import Cell
+from viapoint.runtime.records import Floats
+from viapoint.runtime.workspace.body import Body, body_of
+from viapoint.runtime.workspace.boxes import Union, boxes_of
+from viapoint.runtime.workspace.distances import segment_segment
+
+TOUCH: Final = 1e-7
+"""m (or its like in angle). Touching is allowed; joints kept as polynomials place a link to 1e-10 m."""
+
+_CONE_RADIUS: Final = 0.5
+"""m per rad: an angle is counted as the way of a point so far from its vertex."""
+
+_UNLIMITED: Final = 1e9
+"""m: the clearance of a robot without rules."""
+
+
+@unique
+class Rule(Enum):
+    """What may be broken."""
+
+    FORBIDDEN = "forbidden zone"
+    SAFE = "safe zones"
+    SELF = "own body"
+    CONE = "orientation cone"
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """A rule broken in row `row` of the joints asked about, by `part`, with its zone or the other part.
+
+    `depth`: how far it is beyond, m (rad for the cone). `column`: of the clearances.
+    """
+
+    row: int
+    rule: Rule
+    part: str
+    other: str
+    depth: float
+    column: int
+
+    @property
+    def extent(self) -> str:
+        """The depth in words."""
+        if self.rule is Rule.CONE:
+            return f"{self.depth / DEG:.2f} deg"
+        return f"{self.depth / MM:.1f} mm"
+
+    def __str__(self) -> str:
+        match self.rule:
+            case Rule.FORBIDDEN:
+                return f"{self.part} enters the forbidden zone {self.other}"
+            case Rule.SAFE:
+                zones = "zone" if "," not in self.other else "zones"
+                return f"{self.part} leaves the safe {zones} {self.other}"
+            case Rule.SELF:
+                return f"{self.part} runs into {self.other} of the robot itself"
+            case Rule.CONE:
+                return f"the X axis of {self.part} leaves its cone"
+            case _:
+                assert_never(self.rule)
+
+
+@dataclass(frozen=True, slots=True)
+class _Term:
+    """A column of clearances: the rule, who may break it, and against whom."""
+
+    rule: Rule
+    part: str
+    other: str
+
+
+class Monitor:
+    """The rules of one cell. `active` is False where it has none: then nothing needs to be asked."""
+
+    def __init__(self, cell: Cell) -> None:
+        self._cell = cell
+        self._forbidden = boxes_of(cell, "forbidden")
+        self._safe = Union(boxes_of(cell, "safe"))
+        self._exclusive = boxes_of(cell, "exclusive")
+        self._cone = cell.orientation_cone
+        self._bodies: dict[int, Body] = {}
+        self._terms: dict[int, tuple[_Term, ...]] = {}
+        self.exclusive_zones = self._exclusive.names
+        has_body = cell.robot.body_radius is not None and bool((cell.robot.body_radius > 0.0).any())
+        self.active = bool(cell.zones) or self._cone is not None or has_body
+
+    def body(self, tool: int) -> Body:
+        """The robot's capsules with a tool of the cell."""
+        if tool not in self._bodies:
+            self._bodies[tool] = body_of(self._cell, tool)
+        return self._bodies[tool]
+
+    def pace(self, tool: int) -> Floats:
+        """(n,) m per rad: clearances change by no more than Σ pace·|Δq|."""
+        reach = self.body(tool).reach
+        if self._cone is None:
+            return reach
+        return np.maximum(reach, np.where(self._cell.robot.prismatic, 0.0, _CONE_RADIUS))
+
+    def tcp(self, q: Floats, tool: int) -> Floats:
+        """TCP position (3,) in the base at joints (n,)."""
+        X: Floats = self._cell.robot.fk(q) @ self._cell.tools[tool].X_flange_tool
+        return X[:3, 3]
+
+    def clearances(self, joints: Floats, tool: int) -> tuple[Floats, Floats]:
+        """Joints (N, n) → clearances (N, K) of every rule, and (N, E) of every exclusive zone; m.
+
+        Negative where a rule is broken, or a part is in the exclusive zone; which rule is `_terms[K]`.
+        """
+        body = self.body(tool)
+        points, X = body.points(joints)
+        start, end = points[:, :-1], points[:, 1:]
+        moving = body.moving
+        columns = []
+        if len(self._forbidden):
+            gaps = self._forbidden.distance(start[:, moving], end[:, moving]) - body.radius[moving, None]
+            columns.append(gaps.reshape(len(joints), -1))
+        if len(self._safe.boxes):
+            depth = self._safe.depth(start[:, moving].reshape(-1, 3), end[:, moving].reshape(-1, 3))
+            columns.append(depth.reshape(len(joints), -1) - body.radius[moving])
+        if len(body.pairs):
+            a, b = body.pairs.T
+            gaps = segment_segment(start[:, a], end[:, a], start[:, b], end[:, b])
+            columns.append(gaps - body.radius[a] - body.radius[b])
+        if self._cone is not None:
+            columns.append(_CONE_RADIUS * self._within_cone(X, tool))
+        if not columns:
+            columns.append(np.full((len(joints), 1), _UNLIMITED))
+        return np.concatenate(columns, axis=1), self._to_exclusive(start[:, moving], end[:, moving], body)
+
+    def _to_exclusive(self, start: Floats, end: Floats, body: Body) -> Floats:
+        """Clearance (N, E) of the nearest part from every exclusive zone."""
+        if not len(self._exclusive):
+            return np.empty((len(start), 0))
+        gaps = self._exclusive.distance(start, end) - body.radius[body.moving, None]
+        nearest: Floats = gaps.min(axis=1)
+        return nearest
+
+    def _within_cone(self, X_base_flange: Floats, tool: int) -> Floats:
+        """(N, 1) rad between the tool's X axis and the cone's surface, positive inside.
+
+        The axes are compared, not the orientations: a turn about the tool's own axis does no harm. From
+        sine and cosine, so that small angles keep their digits.
+        """
+        assert self._cone is not None, "asked only where there is a cone"
+        axis = X_base_flange[:, :3, :3] @ self._cell.tools[tool].X_flange_tool[:3, 0]
+        sine = np.linalg.norm(np.cross(axis, self._cone.axis), axis=-1)
+        angle = np.arctan2(sine, axis @ self._cone.axis)
+        within: Floats = self._cone.half_angle - angle
+        return within[:, None]
+
+    def check(self, joints: Floats, tool: int) -> Violation | None:
+        """The first of the rows (N, n) that breaks a rule, and the rule it breaks most; None if none does."""
+        clearances, _ = self.clearances(joints, tool)
+        broken = (clearances < -TOUCH).any(axis=1)
+        return self.violation(clearances, int(np.argmax(broken)), tool) if broken.any() else None
+
+    def violation(self, clearances: Floats, row: int, tool: int) -> Violation:
+        """The worst that `clearances` (N, K), with that tool, show in a row."""
+        column = int(np.argmin(clearances[row]))
+        term = self._terms_of(tool)[column]
+        scale = _CONE_RADIUS if term.rule is Rule.CONE else 1.0
+        return Violation(
+            row, term.rule, term.part, term.other, -float(clearances[row, column]) / scale, column
+        )
+
+    def deepest(self, violation: Violation, joints: Floats, tool: int) -> Violation:
+        """The same violation, as deep as it is in the worst of the rows (N, n)."""
+        clearances, _ = self.clearances(joints, tool)
+        scale = _CONE_RADIUS if violation.rule is Rule.CONE else 1.0
+        depth = -float(clearances[:, violation.column].min()) / scale
+        return replace(violation, depth=max(depth, violation.depth))
+
+    def _terms_of(self, tool: int) -> tuple[_Term, ...]:
+        """What the columns of `clearances` are about."""
+        if tool not in self._terms:
+            body, safe = self.body(tool), ", ".join(self._safe.boxes.names)
+            parts = [body.names[k] for k in body.moving]
+            self._terms[tool] = (
+                *(_Term(Rule.FORBIDDEN, part, zone) for part in parts for zone in self._forbidden.names),
+                *(_Term(Rule.SAFE, part, safe) for part in parts if safe),
+                *(_Term(Rule.SELF, body.names[j], body.names[i]) for i, j in body.pairs.tolist()),
+                *((_Term(Rule.CONE, "the tool", "cone"),) if self._cone is not None else ()),
+            )
+        return self._terms[tool]

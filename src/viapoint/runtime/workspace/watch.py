@@ -1,0 +1,195 @@
+"""Watching a motion with as few looks as its clearances allow. Knows travel, not time.
+
+The travel of a motion is Σ pace·|Δq| along it: no clearance changes by more. A look at one place therefore
+vouches for all within its clearance, and what is left of it at the end vouches for the next motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from viapoint.runtime.records import Floats, Ints
+from viapoint.runtime.workspace.monitor import TOUCH, Monitor, Violation
+
+Bools = npt.NDArray[np.bool_]
+
+_FEWEST: Final = 4
+"""Looks of a round at least; fewer cost as much, since numpy's calls outweigh the arithmetic."""
+
+_MOST: Final = 256
+"""Looks of the first round at most."""
+
+_GROWTH: Final = 4
+"""Factor between the rounds: where looks are decided early few are made, where not the rounds stay few."""
+
+_COARSEST: Final = 1e-3
+"""m of travel between the places that may be looked at. What is in between is missed by half of it."""
+
+_LEAST_CLEARANCE: Final = 0.01
+"""m: a motion is looked at first as if there were at least this much room around it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Crossing:
+    """The robot enters, or leaves, an exclusive zone in row `row`."""
+
+    row: int
+    zone: str
+    enters: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """What a stretch of motion meets: the first violation, and crossings of exclusive zones up to it."""
+
+    violation: Violation | None
+    crossings: tuple[Crossing, ...]
+
+
+_NOTHING: Final = Sighting(None, ())
+
+
+def grid(travel: float, thinnest: float) -> Floats:
+    """Places (N,), m of travel, at which a motion may have to be looked at, the last one at its end.
+
+    `thinnest` is the radius of the robot's thinnest capsule: nothing thinner can hide between two of them.
+    """
+    spacing = min(_COARSEST, thinnest) if thinnest > 0.0 else _COARSEST
+    count = max(1, int(np.ceil(travel / spacing)))
+    return np.linspace(travel / count, travel, count) if travel > 0.0 else np.zeros(1)
+
+
+class Watch:
+    """Follows the motion of a robot: `look` ahead along a stretch, `advance` as far as it is really taken."""
+
+    def __init__(self, monitor: Monitor) -> None:
+        self._monitor = monitor
+        self._room = 0.0  # clearance left where the robot is
+        self._width = _LEAST_CLEARANCE  # clearance lately seen
+        self._tool = -1
+        self._inside = np.zeros(len(monitor.exclusive_zones), dtype=np.bool_)
+        self._travel = np.zeros(1)
+        self._search: _Search | None = None
+
+    def passes(self, travel: float, tool: int) -> bool:
+        """Whether a stretch with so much travel needs no look; then it is taken."""
+        if tool != self._tool or travel > self._room:
+            return False
+        self._room -= travel
+        return True
+
+    def look(self, travel: Floats, joints: Callable[[Ints], Floats], tool: int) -> Sighting:
+        """What a stretch meets: rows with `travel` (N,) from its start on, ascending, and their joints.
+
+        `joints` gives the joints (K, n) of rows (K,). The result is as if every row were looked at.
+        """
+        if tool != self._tool:
+            self._tool, self._room = tool, 0.0
+        self._travel, self._search = travel, None
+        if travel[-1] <= self._room:
+            return _NOTHING
+        self._search = _Search(self._monitor, travel, joints, tool, self._room)
+        self._search.run(self._width)
+        self._width = max(self._search.narrowest(), _LEAST_CLEARANCE)
+        return Sighting(self._search.violation, self._search.crossings(self._inside))
+
+    def advance(self, row: int) -> None:
+        """The robot has come to row `row` of the stretch looked at; not beyond the first violation."""
+        search, left = self._search, self._room - float(self._travel[row])
+        if search is None:
+            self._room = left
+        else:
+            self._room = max(left, search.room(row), 0.0)
+            if len(self._inside) and row >= search.start:
+                self._inside = search.states(np.array([row]))[0]
+
+
+class _Search:
+    """Looks at rows until every row is vouched for, or the first violation is."""
+
+    def __init__(
+        self, monitor: Monitor, travel: Floats, joints: Callable[[Ints], Floats], tool: int, room: float
+    ) -> None:
+        self._monitor = monitor
+        self._travel = travel
+        self._joints = joints
+        self._tool = tool
+        self._rows = np.empty(0, dtype=np.int64)  # looked at
+        self._radius = np.empty(0)  # m of travel around each for which it vouches
+        self._within = np.empty((0, len(monitor.exclusive_zones)), dtype=np.bool_)
+        self._end = len(travel)  # rows from here on need no look: the first violation is before
+        self.start = int(np.searchsorted(travel, room, side="right"))  # rows before are vouched for
+        self.violation: Violation | None = None
+
+    def run(self, width: float) -> None:
+        """Rounds of looks at what is undecided, spread evenly."""
+        pending = np.arange(self.start, self._end)
+        count = int(np.clip((self._travel[-1] - self._travel[self.start]) / width, _FEWEST, _MOST))
+        while len(pending):
+            chosen = pending[:: max(1, len(pending) // count)]
+            self._look(chosen if chosen[-1] == pending[-1] else np.append(chosen, pending[-1]))
+            pending = pending[~self._vouched(pending)]
+            pending = pending[pending < self._end]
+            count *= _GROWTH
+
+    def _look(self, rows: Ints) -> None:
+        clearances, exclusive = self._monitor.clearances(self._joints(rows), self._tool)
+        least = clearances.min(axis=1)
+        broken = np.flatnonzero(least < -TOUCH)
+        if len(broken):
+            first = int(broken[0])
+            self._end = int(rows[first])
+            found = self._monitor.violation(clearances, first, self._tool)
+            self.violation = replace(found, row=self._end)
+        radius = np.minimum(least, np.abs(exclusive).min(axis=1, initial=np.inf))
+        rows = np.concatenate((self._rows, rows))
+        order = np.argsort(rows, kind="stable")
+        self._rows = rows[order]
+        self._radius = np.concatenate((self._radius, np.maximum(radius, 0.0)))[order]
+        self._within = np.concatenate((self._within, exclusive < -TOUCH))[order]
+
+    def _nearest(self, rows: Ints) -> tuple[Ints, Ints]:
+        """Rows looked at (positions among them) before, or at, and after the rows (N,)."""
+        after = np.searchsorted(self._rows, rows, side="right")
+        return np.maximum(after - 1, 0), np.minimum(after, len(self._rows) - 1)
+
+    def _vouched(self, rows: Ints) -> Bools:
+        """Which of the rows (N,) are decided by a look next to them, or were looked at."""
+        decided = np.isin(rows, self._rows, assume_unique=True)
+        for near in self._nearest(rows):
+            decided |= np.abs(self._travel[rows] - self._travel[self._rows[near]]) <= self._radius[near]
+        return decided
+
+    def states(self, rows: Ints) -> Bools:
+        """Which exclusive zones the robot is in, (N, E), in rows (N,) that are decided."""
+        before, after = self._nearest(rows)
+        near = self._travel[rows] - self._travel[self._rows[before]] <= self._radius[before]
+        near |= self._rows[before] == rows
+        return self._within[np.where(near, before, after)]
+
+    def crossings(self, inside: Bools) -> tuple[Crossing, ...]:
+        """Crossings of exclusive zones, by a robot that comes from where it was `inside` (E,)."""
+        rows = np.arange(self.start, self._end)
+        if not len(inside) or not len(rows):
+            return ()
+        states = self.states(rows)
+        changes = states != np.concatenate((inside[None], states[:-1]))
+        zones = self._monitor.exclusive_zones
+        return tuple(
+            Crossing(int(rows[row]), zones[zone], bool(states[row, zone]))
+            for row, zone in np.argwhere(changes).tolist()
+        )
+
+    def room(self, row: int) -> float:
+        """Clearance that is sure in a row."""
+        left = self._radius - np.abs(self._travel[row] - self._travel[self._rows])
+        return float(left.max(initial=0.0))
+
+    def narrowest(self) -> float:
+        """The least clearance seen."""
+        return float(self._radius.min(initial=np.inf))
