@@ -189,15 +189,15 @@ class Kernel:
         rows = self.mover.rows(first, ticks)
         if not np.isfinite(rows.columns).all():
             return self._trip(first)
-        lines = np.full(len(rows.s), self.line, dtype=np.int64)
-        used = self._pass_places(rows.s, first, lines)
+        told = np.tile(self._told, (len(rows.s), 1))
+        used = self._pass_places(rows.s, first, told)
         arrived = rows.arrived and used == len(rows.s)
         s = rows.s[:used]
         bound = self.planner.route.speed_bound(np.concatenate(([self._last_s], s)))
         self.telemetry.meter_speed(self._last_s, s, bound)
         self._last_s = self.mover.s = float(s[-1])
         self._frontier = max(self._frontier, self._last_s)
-        window = self.telemetry.window(first, rows.columns[:used], lines[:used], self._status())
+        window = self.telemetry.window(first, rows.columns[:used], told[:used], self._status())
         self.trace.tick = first + used - 1
         self.world.advance(self.tick)
         if arrived:
@@ -213,14 +213,18 @@ class Kernel:
         self._fail(ExecutionError("E490", "a set point is not a finite number", self.line))
         return window
 
-    def _pass_places(self, s: Floats, first: int, lines: Ints) -> int:
-        """Execute what stands on the path within rows s (N,), in order; returns how many rows stay valid."""
+    def _pass_places(self, s: Floats, first: int, told: Ints) -> int:
+        """Execute what stands on the path within rows s (N,), in order; returns how many rows stay valid.
+
+        What is `_told` of each row is kept up in told (N, 3).
+        """
         row, finished = 0, False
         while True:
             passed = self._next_row(s, row)
             if finished and passed != row:
                 if self._look_ahead():
                     return row + 1
+                told[row + 1 :] = self._told
                 finished = False
             elif passed is None:
                 return len(s)
@@ -232,7 +236,7 @@ class Kernel:
                 entry = self._front()
                 assert entry is not None, "a row was found for it"
                 self._execute(entry)
-                lines[row:] = self.line
+                told[row:] = self._told
                 finished |= isinstance(entry.call, Motion)
 
     def _next_row(self, s: Floats, row: int) -> int | None:
@@ -416,12 +420,16 @@ class Kernel:
     # --- records ------------------------------------------------------------------------------------
 
     def _standing(self, first: int, count: int) -> Window:
-        lines = np.full(count, self.line, dtype=np.int64)
-        return self.telemetry.standing(first, lines, self._status())
+        return self.telemetry.standing(first, np.tile(self._told, (count, 1)), self._status())
 
     def _status(self) -> Status:
         override = 0.0 if self._paused else self.mover.override * self.mover.direction
-        return Status(self.dialogue.line, override, self._buffer.fill, self.tool)
+        return Status(override, self.tool)
+
+    @property
+    def _told(self) -> Ints:
+        """(3,): the line the path is in, the line the interpreter has reached, entries in the buffer."""
+        return np.array([self.line, self.dialogue.line, self._buffer.fill], dtype=np.int64)
 
     def _travelled_mm(self) -> float:
         """TCP length travelled to where the path is now."""

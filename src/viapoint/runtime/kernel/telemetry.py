@@ -15,9 +15,7 @@ from viapoint.runtime.rotations import matrix_to_quaternion
 class Status(NamedTuple):
     """What is the same in all ticks of a window."""
 
-    interpreter_line: int
     override: float
-    buffer_fill: int
     tool: int
 
 
@@ -42,10 +40,10 @@ class Telemetry:
         """(3, n + 2): peak speed, acceleration and jerk of the joints, TCP length and TCP angle so far."""
         return self._meter.peaks
 
-    def standing(self, first: int, lines: Ints, status: Status) -> Window:
-        """Ticks in which nothing moves; `lines` (N,) are their source lines."""
-        columns = np.tile(self._columns, (len(lines), 1))
-        return self.window(first, columns, lines, status)
+    def standing(self, first: int, told: Ints, status: Status) -> Window:
+        """Ticks in which nothing moves; `told` (N, 3) as for `window`."""
+        columns = np.tile(self._columns, (len(told), 1))
+        return self.window(first, columns, told, status)
 
     def meter_speed(self, s_before: float, s: Floats, bound: Floats) -> None:
         """Compare the path parameter's ticks s (N,) with the programmed bounds (N + 1,) at s_before and s.
@@ -56,8 +54,11 @@ class Telemetry:
         ratio = rate / np.maximum(bound[1:], bound[:-1])
         self.programmed_speed_ratio = max(self.programmed_speed_ratio, float(ratio.max()))
 
-    def window(self, first: int, columns: Floats, lines: Ints, status: Status) -> Window:
-        """The window of ticks first, first + 1, … from their axis functions (N, n + 4)."""
+    def window(self, first: int, columns: Floats, told: Ints, status: Status) -> Window:
+        """The window of ticks first, first + 1, … from their axis functions (N, n + 4).
+
+        `told` (N, 3): line of the path, line of the interpreter, buffer fill.
+        """
         n, count, tick = self._n, len(columns), self._cell.tick
         self._meter.feed(columns[:, : n + 2])
         length, before = columns[:, -2], self._columns[-2]
@@ -67,12 +68,12 @@ class Telemetry:
         return Window(
             first_tick=first,
             time=np.arange(first, first + count, dtype=np.float64) * tick,
-            line=lines,
-            interpreter_line=np.full(count, status.interpreter_line, dtype=np.int64),
+            line=told[:, 0],
+            interpreter_line=told[:, 1],
             s=length,
             speed=np.diff(length, prepend=before) / tick,
             override=np.full(count, status.override),
-            buffer_fill=np.full(count, status.buffer_fill, dtype=np.int64),
+            buffer_fill=told[:, 2],
             joints=joints,
             actual=joints,
             position=X[:, :3, 3],
