@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from viapoint.language import commands
-from viapoint.language.catalogue import CATALOGUE, Entry
+from viapoint.language.catalogue import CATALOGUE, SHOWN_LINES, SHOWN_WIDTH, Entry
 from viapoint.vm.instructions import SIZES, Instruction, Operand
 
 DOCS = Path(__file__).parent
@@ -44,8 +44,12 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> Iterator[str]:
 
 
 def code_block(text: str, language: str) -> Iterator[str]:
+    lines = text.rstrip("\n").split("\n")
     yield f"```{language}"
-    yield from text.rstrip("\n").split("\n")
+    for line in lines[:SHOWN_LINES]:
+        yield line if len(line) <= SHOWN_WIDTH else f"{line[:SHOWN_WIDTH]} …"
+    if len(lines) > SHOWN_LINES:
+        yield f"… {len(lines) - SHOWN_LINES} more lines"
     yield "```"
     yield ""
 
