@@ -19,6 +19,7 @@ from viapoint.runtime.kernel.blocks import Blocks
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
 from viapoint.runtime.kernel.dialogue import Dialogue, Interpreter
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
+from viapoint.runtime.kernel.guard import TickGuard
 from viapoint.runtime.kernel.motion import Mover
 from viapoint.runtime.kernel.planner import Planner
 from viapoint.runtime.kernel.states import Hold, State
@@ -83,6 +84,7 @@ class Kernel:
         self.blocks = Blocks(self.planner.route, self.mover, self.trace)
         self._last_s = 0.0  # s in the last tick computed
         self.telemetry = Telemetry(cell, q)
+        self.guard = TickGuard(cell, self.trace)
 
     # --- running -----------------------------------------------------------------------------------
 
@@ -154,7 +156,8 @@ class Kernel:
         self.dialogue.open(interpreter)
         self.world.advance(0)
         window = self._standing(0, 1)
-        refused = refusal(self.cell, self.world.scenario)
+        refused: MotionError | None = refusal(self.cell, self.world.scenario)
+        refused = refused or self.guard.standing(self.telemetry.joints, self.tool, 0)
         if refused is not None:
             self._fail(refused)
         else:
@@ -189,6 +192,7 @@ class Kernel:
         rows = self.mover.rows(first, ticks)
         if not np.isfinite(rows.columns).all():
             return self._trip(first)
+        rows = self.guard.watch(rows, self.telemetry.joints, self.tool, self.line)
         told = np.tile(self._told, (len(rows.s), 1))
         used = self._pass_places(rows.s, first, told)
         arrived = rows.arrived and used == len(rows.s)
@@ -200,9 +204,12 @@ class Kernel:
         window = self.telemetry.window(first, rows.columns[:used], told[:used], self._status())
         self.trace.tick = first + used - 1
         self.world.advance(self.tick)
+        alarmed = self.guard.sent(used, self.line)
         if arrived:
             self.mover.law = None
             self._settle()
+        elif alarmed:
+            self._hold_back(Hold.STOP)
         return window
 
     def _trip(self, tick: int) -> Window:
@@ -288,6 +295,8 @@ class Kernel:
 
     def _go_on(self) -> None:
         while not self.over:
+            if self.guard.alarm is not None:
+                raise self.guard.alarm
             if self._hold in (Hold.STOP, Hold.EMERGENCY):
                 self.state = State.STOPPED if self._hold is Hold.STOP else State.EMERGENCY
                 return
@@ -389,7 +398,7 @@ class Kernel:
                 self.world.write_output(index, value, self.tick)
                 self.trace.emit("output", line, signal=f"DO{index}", value=value, s_mm=self._travelled_mm())
             case SelectTool(line=line, tool=tool):
-                self.tool = tool
+                self._pick_up(tool, line)
                 self.trace.emit("tool", line, index=tool)
             case RaiseM(line=line, index=index):
                 self.world.raise_m(index, self.tick)
@@ -410,6 +419,12 @@ class Kernel:
                 assert_never(call)
         self._buffer.executed()
         self.statements += 0 if isinstance(call, Barrier) else 1
+
+    def _pick_up(self, tool: int, line: int) -> None:
+        """From now on the robot has that tool. Raises ExecutionError where there is no room for it."""
+        if tool != self.tool and (failure := self.guard.standing(self.telemetry.joints, tool, line)):
+            raise failure
+        self.tool = tool
 
     def _fail(self, failure: MotionError | None) -> None:
         if failure is not None:

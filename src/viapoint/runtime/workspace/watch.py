@@ -30,6 +30,9 @@ _GROWTH: Final = 4
 _COARSEST: Final = 1e-3
 """m of travel between the places that may be looked at. What is in between is missed by half of it."""
 
+_MOST_PLACES: Final = 1_000_000
+"""Places in a stretch: a kilometre of travel. Only tools beyond any reach come that far in one motion."""
+
 _LEAST_CLEARANCE: Final = 0.01
 """m: a motion is looked at first as if there were at least this much room around it."""
 
@@ -60,7 +63,7 @@ def grid(travel: float, thinnest: float) -> Floats:
     `thinnest` is the radius of the robot's thinnest capsule: nothing thinner can hide between two of them.
     """
     spacing = min(_COARSEST, thinnest) if thinnest > 0.0 else _COARSEST
-    count = max(1, int(np.ceil(travel / spacing)))
+    count = int(np.clip(np.ceil(travel / spacing), 1, _MOST_PLACES))
     return np.linspace(travel / count, travel, count) if travel > 0.0 else np.zeros(1)
 
 
