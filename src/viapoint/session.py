@@ -6,6 +6,7 @@ and event to its listeners, and reports. It prints nothing and reads no argument
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -129,6 +130,7 @@ class Session:
     `max_time` (s) and `cycles` (passes of the main program's endless loop) end endless programs;
     `last_line` is the last one executed. With `step` every motion ends in an exact stop.
     `window` is the most ticks computed at once; it has no influence on the result. A session runs once.
+    Raises ValueError for an override outside 0 … 1 (0 excluded), a window of no ticks, or a time not finite.
     """
 
     def __init__(
@@ -147,6 +149,7 @@ class Session:
         patient: bool = False,
         listeners: Sequence[Listener] = (),
     ) -> None:
+        _require(override, window, max_time)
         self.cell = cell
         self.program = program
         self.events: list[Event] = []
@@ -262,3 +265,12 @@ class Session:
             return Status.ERROR
         stopped = self.kernel.state is State.STOPPED or self._machine.cut_short
         return Status.STOPPED if stopped else Status.FINISHED
+
+
+def _require(override: float, window: int, max_time: float | None) -> None:
+    if not 0.0 < override <= 1.0:
+        raise ValueError(f"an override of {override!r} is not in 0 … 1")
+    if window < 1:
+        raise ValueError(f"a window of {window!r} ticks holds none")
+    if max_time is not None and not (math.isfinite(max_time) and max_time >= 0.0):
+        raise ValueError(f"a run cannot end after {max_time!r} s")
