@@ -59,7 +59,8 @@ def assert_agree(ours: Floats, theirs: Floats) -> None:
     apart = ours > 0.0
     assert np.abs(ours - theirs)[apart].max() < COAL_TOLERANCE
     assert (theirs[~apart] < COAL_TOLERANCE).all()
-    assert apart.sum() > 1000 and (~apart).sum() > 100
+    assert apart.sum() > 1000
+    assert (~apart).sum() > 100
 
 
 def test_capsules_agree_with_coal() -> None:
@@ -159,7 +160,7 @@ def test_nearly_parallel_segments_keep_their_digits(angle: float) -> None:
         a, b = rng.uniform(-2.0, 0.0, 2)
         first = np.array([[a, 0.0, 0.0], [a + 2.0, 0.0, 0.0]])
         other = np.array([np.cos(angle), np.sin(angle), 0.0])
-        second = np.array([b * other, (b + 2.0) * other]) + [0.0, 0.0, 0.3]
+        second = np.outer((b, b + 2.0), other) + np.array([0.0, 0.0, 0.3])
         p, q = first @ R.T, second @ R.T
         assert segment_segment(p[0], p[1], q[0], q[1]) == pytest.approx(0.3, abs=HULL)
 

@@ -20,6 +20,9 @@ _PROBES: Final = 64
 _PROBE_STEP: Final = 1e-5
 """rad (m) by which a joint is moved there."""
 
+_NEIGHBOURS: Final = 1e-3
+"""m. Capsules that come as close as this at their joint are neighbours too: figures in mm made them touch."""
+
 _STILL: Final = 1e-7
 """m per rad. Points slower than this do not move with a joint: rounding over the step gives 1e-10."""
 
@@ -117,6 +120,7 @@ def _pairs(length: Floats, radius: Floats, present: np.ndarray[tuple[int, ...], 
         (i, j)
         for i in parts
         for j in parts
-        if j > i + 1 and length[i + 1 : j].sum() > radius[i] + radius[j] and radius[i] + radius[j] > 0.0
+        if j > i + 1 and radius[i] + radius[j] > 0.0
+        if length[i + 1 : j].sum() > radius[i] + radius[j] + _NEIGHBOURS
     ]
     return np.array(found, dtype=np.int64).reshape(-1, 2)

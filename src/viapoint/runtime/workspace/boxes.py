@@ -24,7 +24,7 @@ _SPECK: Final = 1e-12
 """m². Pieces of faces smaller than this are left over by rounding."""
 
 _AMPLE: Final = 0.02
-"""m. A body this deep inside a single cuboid need not be measured against the shell for now."""
+"""m. With so much to spare, a cheap bound on the clearance is good enough."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,33 +75,46 @@ class Union:
         self._corners = np.array([_padded(corners, most) for corners, _ in pieces])
         self._normals = np.array([normal for _, normal in pieces])
 
-    def depth(self, start: Floats, end: Floats) -> Floats:
-        """How far segments (M, 3) are from leaving the union, m (M,); negative by how far one is outside.
+    def clearance(self, start: Floats, end: Floats, radius: Floats) -> Floats:
+        """How far capsules (M, 3), (M, 3), (M,) are from leaving the union, m (M,); negative where one does.
 
-        Deep inside a single cuboid the value may be too small: then it is what that cuboid alone allows.
+        Deep inside the value may be too small: then it is what a single cuboid, or a plane, allows. Where an
+        axis itself is outside it is by how far, and the radius.
         """
         depth: Floats = self._in_one(start, end)
+        ample = radius + _AMPLE
         if len(self.boxes) > 1:
-            close = np.flatnonzero(depth < _AMPLE)
+            close = np.flatnonzero(depth < ample)
             if len(close):
-                depth[close] = np.maximum(depth[close], self._in_union(start[close], end[close]))
+                in_union = self._in_union(start[close], end[close], ample[close])
+                depth[close] = np.maximum(depth[close], in_union)
         outside = np.flatnonzero(depth <= 0.0)
         if len(outside):
             depth[outside] = -self._excursion(start[outside], end[outside])
-        return depth
+        return depth - radius
 
     def _in_one(self, start: Floats, end: Floats) -> Floats:
         """Depth in the cuboid that holds a segment best; the depth in one is concave, so ends decide."""
         both = np.maximum(self.boxes.of_point(start), self.boxes.of_point(end))
         return np.asarray(-both.min(axis=-1))
 
-    def _in_union(self, start: Floats, end: Floats) -> Floats:
-        """Distance (M,) from the shell; 0 for segments that have an end outside."""
-        gaps = segment_polygon(start[:, None], end[:, None], self._corners[None], self._normals[None])
+    def _in_union(self, start: Floats, end: Floats, ample: Floats) -> Floats:
+        """Distance (M,) from the shell; 0 for segments that have an end outside.
+
+        Pieces of the shell whose plane is `ample` away (M,) need not be measured.
+        """
+        first = self._corners[:, 0]
+        h0 = np.einsum("mpi,pi->mp", start[:, None] - first, self._normals)
+        h1 = np.einsum("mpi,pi->mp", end[:, None] - first, self._normals)
+        gaps = np.where((h0 > 0.0) == (h1 > 0.0), np.minimum(np.abs(h0), np.abs(h1)), 0.0)
+        segment, piece = np.nonzero(gaps < ample[:, None])
+        gaps[segment, piece] = segment_polygon(
+            start[segment], end[segment], self._corners[piece], self._normals[piece]
+        )
         inside = (self.boxes.of_point(start).min(axis=-1) <= JOINED) & (
             self.boxes.of_point(end).min(axis=-1) <= JOINED
         )
-        return np.where(inside, gaps.min(axis=-1), 0.0)
+        return np.where(inside, gaps.min(axis=-1, initial=np.inf), 0.0)
 
     def _excursion(self, start: Floats, end: Floats) -> Floats:
         """How far (M,) a segment is outside of the union: at its ends and amid every gap it passes."""

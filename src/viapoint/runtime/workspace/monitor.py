@@ -131,12 +131,13 @@ class Monitor:
             gaps = self._forbidden.distance(start[:, moving], end[:, moving]) - body.radius[moving, None]
             columns.append(gaps.reshape(len(joints), -1))
         if len(self._safe.boxes):
-            depth = self._safe.depth(start[:, moving].reshape(-1, 3), end[:, moving].reshape(-1, 3))
-            columns.append(depth.reshape(len(joints), -1) - body.radius[moving])
+            radius = np.tile(body.radius[moving], len(joints))
+            a, b = start[:, moving].reshape(-1, 3), end[:, moving].reshape(-1, 3)
+            columns.append(self._safe.clearance(a, b, radius).reshape(len(joints), -1))
         if len(body.pairs):
-            a, b = body.pairs.T
-            gaps = segment_segment(start[:, a], end[:, a], start[:, b], end[:, b])
-            columns.append(gaps - body.radius[a] - body.radius[b])
+            i, j = body.pairs.T
+            gaps = segment_segment(start[:, i], end[:, i], start[:, j], end[:, j])
+            columns.append(gaps - body.radius[i] - body.radius[j])
         if self._cone is not None:
             columns.append(_CONE_RADIUS * self._within_cone(X, tool))
         if not columns:

@@ -33,6 +33,9 @@ _COARSEST: Final = 1e-3
 _MOST_PLACES: Final = 1_000_000
 """Places in a stretch: a kilometre of travel. Only tools beyond any reach come that far in one motion."""
 
+_UNKNOWN: Final = -1.0
+"""m: the clearance where nobody has looked yet."""
+
 _LEAST_CLEARANCE: Final = 0.01
 """m: a motion is looked at first as if there were at least this much room around it."""
 
@@ -72,7 +75,7 @@ class Watch:
 
     def __init__(self, monitor: Monitor) -> None:
         self._monitor = monitor
-        self._room = 0.0  # clearance left where the robot is
+        self._room = _UNKNOWN  # clearance left where the robot is
         self._width = _LEAST_CLEARANCE  # clearance lately seen
         self._tool = -1
         self._inside = np.zeros(len(monitor.exclusive_zones), dtype=np.bool_)
@@ -92,7 +95,7 @@ class Watch:
         `joints` gives the joints (K, n) of rows (K,). The result is as if every row were looked at.
         """
         if tool != self._tool:
-            self._tool, self._room = tool, 0.0
+            self._tool, self._room = tool, _UNKNOWN
         self._travel, self._search = travel, None
         if travel[-1] <= self._room:
             return _NOTHING
