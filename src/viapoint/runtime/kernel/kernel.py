@@ -68,6 +68,7 @@ class Kernel:
         self.failure: MotionError | None = None
         self.tool = 0
         self.trace = Trace(listener, cell.tick)
+        self._travelled = (0.0, 0.0)  # the place on the route asked for last, and the TCP length up to it, m
         self._buffer: MotionBuffer = MotionBuffer(cell.lookahead)
         q = np.asarray(cell.home, dtype=np.float64)
         self.planner = Planner(cell, self._buffer, q, stepping=stepping)
@@ -393,7 +394,7 @@ class Kernel:
         self._line = call.line
         match call:
             case Motion():
-                self.blocks.finish(call, entry.number)
+                self._finish_block(call, entry.number)
             case SetOutput(line=line, index=index, value=value):
                 self.world.write_output(index, value, self.tick)
                 self.trace.emit("output", line, signal=f"DO{index}", value=value, s_mm=self._travelled_mm())
@@ -446,6 +447,15 @@ class Kernel:
         """(3,): the line the path is in, the line the interpreter has reached, entries in the buffer."""
         return np.array([self.line, self.dialogue.line, self._buffer.fill], dtype=np.int64)
 
+    def _finish_block(self, motion: Motion, number: int) -> None:
+        try:
+            self.blocks.finish(motion, number)
+        except ExecutionError as error:
+            self.planner.abort(error)  # the robot may be moving: it stops where the path known by now ends
+
     def _travelled_mm(self) -> float:
-        """TCP length travelled to where the path is now."""
-        return self.planner.route.travelled(self.mover.s) / MM
+        """TCP length travelled to where the path is now. Many actions may ask in one place."""
+        s, travelled = self._travelled
+        if s != self.mover.s:
+            s, travelled = self._travelled = self.mover.s, self.planner.route.travelled(self.mover.s)
+        return travelled / MM
