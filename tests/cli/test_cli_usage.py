@@ -174,3 +174,24 @@ def test_ctrl_c_is_one_word(cli, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("viapoint.cli.programs.dis", stopped)
     outcome = cli("dis", "part.via")
     assert (outcome.code, outcome.err) == (130, "stopped\n")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "compile {program} -o {program}",
+        "compile {program} --cell {cell} -o {cell}",
+        "run {program} --cell {cell} --record {cell}",
+        "plot {program} -o {program}",
+        "export {program} -o {program}",
+    ],
+)
+def test_no_command_replaces_what_it_reads(line: str, cli, tmp_path: Path) -> None:
+    program, cell = tmp_path / "part.via", tmp_path / "cell.toml"
+    program.write_text("MJ J1=10 F50\n")
+    cell.write_text('[robot]\nmodel = "frigeni6"\n')
+    outcome = cli(*line.format(program=program, cell=cell).split())
+    assert outcome.code == 2
+    assert "is read by this command" in outcome.err
+    assert program.read_text() == "MJ J1=10 F50\n"
+    assert cell.read_text().startswith("[robot]")

@@ -95,7 +95,7 @@ def _one_of(*words: str) -> Callable[[str], str]:
 
 PROGRAM = _option("file", metavar="FILE", type=_path, help="program, .via or .viac")
 PROGRAMS = _option("files", metavar="FILE", type=_path, nargs="+", help="programs, .via or .viac")
-CELL = _option("--cell", metavar="CELL", type=_path, help="cell file (.toml); without: frigeni6 alone")
+CELL = _option("--cell", metavar="CELL", type=_path, help="cell file (.toml); run and plot have one built in")
 SCENARIO = _option("--scenario", metavar="S", type=_path, help="what happens around the robot (.toml)")
 FORMAT = _option(
     "--format", metavar="text|json", type=_one_of("text", "json"), default="text", help="default: text"

@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
+
+from viapoint.cli.failures import UsageError
 
 
 def print_json(value: Any) -> None:
@@ -39,3 +42,10 @@ def fixed(value: float, decimals: int) -> str:
 def note(text: str) -> None:
     """Something beside the result: to standard error, so that standard output stays what was asked for."""
     print(text, file=sys.stderr)
+
+
+def keep_inputs(output: Path, *inputs: Path | None) -> None:
+    """Raises UsageError where what is to be written would replace a file that is read."""
+    for given in inputs:
+        if given is not None and given.resolve() == output.resolve():
+            raise UsageError(f"{output} is read by this command: write to another file")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from viapoint.cli.failures import Refusal, UsageError
 from viapoint.cli.loading import bytecode_from, cell_from
-from viapoint.cli.output import note, print_json, print_table
+from viapoint.cli.output import keep_inputs, note, print_json, print_table
 
 if TYPE_CHECKING:
     from viapoint.checking import CheckReport
@@ -107,6 +107,7 @@ def _print_summary(found: list[Diagnostic]) -> None:
 def compile_program(chosen: Namespace) -> int:
     from viapoint.vm import save
 
+    keep_inputs(chosen.output, chosen.file, chosen.cell)
     cell = cell_from(chosen.cell) if chosen.cell is not None else None
     program, diagnostics = bytecode_from(chosen.file, cell)
     data = save(program)

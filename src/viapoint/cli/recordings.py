@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from viapoint.cli.failures import Refusal, UsageError
-from viapoint.cli.output import fixed, note, print_json, print_table
+from viapoint.cli.output import fixed, keep_inputs, note, print_json, print_table
 
 if TYPE_CHECKING:
     from viapoint.runtime.recording import Recording
@@ -33,6 +33,7 @@ def _recording(path: Path) -> Recording:
 
 
 def plot(chosen: Namespace) -> int:
+    keep_inputs(chosen.output, chosen.file, chosen.cell, chosen.scenario)
     from viapoint.runtime.pictures import PictureError, draw_run
 
     if chosen.file.suffix == RECORDING_SUFFIX:
@@ -58,6 +59,7 @@ def plot(chosen: Namespace) -> int:
 def export(chosen: Namespace) -> int:
     from viapoint.runtime.recording.export import write_csv
 
+    keep_inputs(chosen.output, chosen.file)
     recording = _recording(chosen.file)
     if str(chosen.output) == "-":
         write_csv(recording.trace, recording.info.axes, sys.stdout)
@@ -120,10 +122,15 @@ def _path_lines(result: Comparison, a: Recording, b: Recording) -> Iterator[str]
     if found is None:
         yield f"path:   the same ({result.length_a_mm:.3f} mm)"
         return
-    yield (
-        f"path:   first difference after {found.s_mm:.3f} mm, {found.distance_mm:.6f} mm apart; "
-        f"largest {found.largest_mm:.6f} mm"
-    )
+    more = result.length_a_mm - result.length_b_mm
+    if found.distance_mm > found.largest_mm:  # where one ends, the other goes on
+        longer = "A" if more > 0.0 else "B"
+        yield f"path:   the same for {found.s_mm:.3f} mm, then {longer} goes on for {abs(more):.3f} mm"
+    else:
+        yield (
+            f"path:   first difference after {found.s_mm:.3f} mm, {found.distance_mm:.6f} mm apart; "
+            f"largest {found.largest_mm:.6f} mm"
+        )
     yield f"  A  t {found.t_a:.3f} s  line {found.line_a}   | {a.source_line(found.line_a)}"
     yield f"  B  t {found.t_b:.3f} s  line {found.line_b}   | {b.source_line(found.line_b)}"
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from viapoint.cli.failures import Refusal
 from viapoint.cli.loading import cell_from, program_from, scenario_from
-from viapoint.cli.output import note, print_json
+from viapoint.cli.output import keep_inputs, note, print_json
 
 if TYPE_CHECKING:
     from viapoint.language.diagnostics import Diagnostic
@@ -97,6 +97,8 @@ class _Job:
         from viapoint.session import Session
 
         self._chosen = chosen
+        if getattr(chosen, "record", None) is not None:
+            keep_inputs(chosen.record, chosen.file, chosen.cell, chosen.scenario)
         self.cell: Cell = cell_from(chosen.cell)
         scenario = scenario_from(chosen.scenario, self.cell)
         self.loaded: Loaded = program_from(chosen.file, self.cell)
