@@ -4,7 +4,7 @@
 `run`          a program that is run to its end and must finish; `scenario: NAME` and `cell: NAME` with it;
 `cell: NAME`   the cell it is compiled against, or the scenario belongs to; without: the built-in cell;
 `error: CODES` a program, cell or scenario that is refused with exactly these codes;
-`fails: CODE`  a program that runs and ends with this error;
+`fails: CODE`  a program that runs and ends with this error; `refused`: with any;
 `scenario`, `robot`  a TOML block that is no cell; `section`: a part of a cell, tried with a bare robot;
 `printed`      a text block: what the Python block before it has printed;
 `exact`        a console block whose figures must be those shown; else words and order count;
@@ -78,12 +78,14 @@ class Room:
             _expect_codes(says, [d.code for d in error.diagnostics if d.is_error])
             return
         _expect_codes(says, [])
-        if "run" not in says and "fails" not in says:
+        if not {"run", "fails", "refused"} & set(says):
             return
         scenario = via.load_scenario(says["scenario"], cell) if "scenario" in says else None
         session = via.Session(cell, program, scenario=scenario, max_time=120.0)
         status = session.finish()
         failed = None if session.failure is None else session.failure.code
+        if "refused" in says and failed is not None:
+            return
         if failed != says.get("fails") or (failed is None and status is not via.Status.FINISHED):
             raise Mismatch(f"the run ends with {status.value}, {session.failure}")
 
