@@ -17,8 +17,8 @@ from viapoint.runtime.timing.limits import SpeedBound
 from viapoint.runtime.timing.spline import Spline
 
 _JUMP: Final = 1e-4
-"""Relative difference of the speeds beside a break that is a jump. Less is the slope of a bound that varies, or
-within what is planned below the limit; a knot that leaves its break costs far more than that."""
+"""Relative difference of the speeds beside a break that is a jump. Less is the slope of a bound that
+varies, or within what is planned below the limit; a knot that leaves its break costs far more than that."""
 
 _FARTHEST: Final = 0.4
 """Part of the way to the next break by which a knot may stand off its break."""

@@ -23,6 +23,11 @@ ACCELERATION_PART: Final = 0.9985
 JERK_PART: Final = 1.03
 """Jerk counts over three ticks, which smooths its peaks; ticks are allowed 1.05."""
 
+_END_SHARE: Final = 0.5
+"""Share of q‴ at the end of a piece in the jerk row there; the rest is its mean over the piece. Where q‴
+swings within a piece (beside a singular pose), the mean alone forbids what no tick would show; the end
+alone bounds a peak that the ticks smooth."""
+
 _UNBOUNDED: Final = 1e3
 """Limit of a direction that has none, in units of the other direction's."""
 
@@ -86,18 +91,20 @@ def build(
     spline: Spline,
     first: Floats,
     second: Floats,
+    third: tuple[Floats, Floats],
     limits: AxisLimits,
     programmed: Floats,
     edges: Floats,
     in_jerk: Floats,
 ) -> Rows:
-    """Rows from the curve's first and second derivatives (n+1, m) at the knots.
+    """Rows from the curve's first and second derivatives (n+1, m) at the knots, and the third (n, m) just
+    inside the left and the right ends of the pieces.
 
     `programmed` (n,) bounds ṡ on the pieces, between `edges` (n+1,); `in_jerk` (m,) are the jerk limits
     planned with.
     """
     lo, hi, above, below = _acceleration(spline, first, second, limits)
-    left, right = _jerk(spline, first, second, in_jerk * JERK_PART)
+    left, right = _jerk(spline, first, second, third, in_jerk * JERK_PART)
     axis_speed = _axis_speed(spline, first, second, limits)
     inverse_max = (np.maximum(axis_speed.max(axis=0, initial=0.0), 1.0 / programmed) / SPEED_PART) ** 2
     with np.errstate(divide="ignore"):
@@ -141,25 +148,28 @@ def _by_axis(x: Floats) -> Floats:
     return np.ascontiguousarray(x.T)
 
 
-def _jerk(spline: Spline, first: Floats, second: Floats, limit: Floats) -> tuple[Band, Band]:
-    """½q′x″ + (3/2)q″x′ + q‴x at both ends of the pieces; q‴ is the mean over the piece."""
+def _jerk(
+    spline: Spline, first: Floats, second: Floats, third: tuple[Floats, Floats], limit: Floats
+) -> tuple[Band, Band]:
+    """½q′x″ + (3/2)q″x′ + q‴x at both ends of the pieces; q‴ between that of the end and the piece's mean."""
     h = spline.width
     q1, q2 = _by_axis(0.5 * first / limit), _by_axis(1.5 * second / limit)
-    q3 = _by_axis(np.diff(second, axis=0) / limit) / h
+    mean = np.diff(second, axis=0) / h[:, None]
+    begin, end = (_by_axis((_END_SHARE * q3 + (1.0 - _END_SHARE) * mean) / limit) for q3 in third)
     bend_m = -spline.slope_lo[:-1] / h
     bend_0 = (spline.slope_lo[1:] - spline.slope_hi[:-1]) / h
     bend_p = spline.slope_hi[1:] / h
     a, b = q1[:, :-1], q2[:, :-1]
     left = (
-        a * bend_m + b * spline.slope_lo[:-1] + q3 * spline.value_lo[:-1],
-        a * bend_0 + b * spline.slope_hi[:-1] + q3 * spline.value_hi[:-1],
+        a * bend_m + b * spline.slope_lo[:-1] + begin * spline.value_lo[:-1],
+        a * bend_0 + b * spline.slope_hi[:-1] + begin * spline.value_hi[:-1],
         a * bend_p,
     )
     a, b = q1[:, 1:], q2[:, 1:]
     right = (
         a * bend_m,
-        a * bend_0 + b * spline.slope_lo[1:] + q3 * spline.value_lo[1:],
-        a * bend_p + b * spline.slope_hi[1:] + q3 * spline.value_hi[1:],
+        a * bend_0 + b * spline.slope_lo[1:] + end * spline.value_lo[1:],
+        a * bend_p + b * spline.slope_hi[1:] + end * spline.value_hi[1:],
     )
     return left, right
 

@@ -108,7 +108,7 @@ class Search:
         c = c if c is None else self._solve(c, factors, _FINALLY)
         law, s, r = self._judge(self.section.start if c is None else c, factors)
         while c is not None and self.passes < _PASSES and not within(law.quality.peaks):
-            factors = tighten(factors, self.spline.knots, s, r, self.spline.fixed)
+            factors = tighten(factors, self.spline.knots, s, r, self.spline.fixed, self.passes)
             c = self._solve(c, factors, _FINALLY)
             if c is not None:
                 law, s, r = self._judge(c, factors)

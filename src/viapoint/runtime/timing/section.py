@@ -182,7 +182,7 @@ def guess(est: Estimate, spline: Spline) -> Floats:
 
 def _rows(ask: Request, spline: Spline) -> Rows:
     knots = spline.knots
-    first, second, _ = ask.curve.derivatives(np.maximum(knots, knots[1]) if spline.fixed else knots)
+    first, second, third = _derivatives(ask.curve, np.maximum(knots, knots[1]) if spline.fixed else knots)
     counts = ask.limits.jerk * ask.tick < _JERK_COUNTS * np.maximum(
         ask.limits.acceleration, ask.limits.braking
     )
@@ -190,4 +190,12 @@ def _rows(ask: Request, spline: Spline) -> Rows:
     breaks = inner_breaks(ask.curve, knots[0] - spline.rest_start, ask.s_end)[1:-1]
     slowest = programmed.on_pieces(spline, breaks, ask.bound)
     places = programmed.edges(knots, breaks, programmed.knots_of(breaks, ask.bound, ask.tick))
-    return limiting.build(spline, first, second, ask.limits, slowest, places, in_jerk)
+    return limiting.build(spline, first, second, third, ask.limits, slowest, places, in_jerk)
+
+
+def _derivatives(curve: AxisCurve, knots: Floats) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
+    """First and second derivatives (n+1, m) at the knots; the third (n, m) just inside the pieces' ends."""
+    inset = INSET * np.diff(knots)
+    inside = np.stack((knots[:-1] + inset, knots[1:] - inset), axis=1).ravel()
+    first, second, third = curve.derivatives(np.concatenate((inside, knots[-1:])))
+    return first[::2], second[::2], (third[:-1:2], third[1::2])

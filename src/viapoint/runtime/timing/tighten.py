@@ -19,15 +19,22 @@ _JERK_POWER: Final = 1.5
 _ACCELERATION_POWER: Final = 1.3
 """Rows are met on average while ticks show peaks: a little more than proportional converges faster."""
 
+_SOON: Final = 2
+_LATER: Final = 0.002
+"""Passes after which what is still over is tightened by so much more a pass: a tick that moves with every
+solve is met before the passes run out."""
+
 _JERK_MOST: Final = 1.6
 _ACCELERATION_MOST: Final = 1.2
 """Largest ratio answered in one pass."""
 
 
-def tighten(now: Tightening, knots: Floats, s: Floats, r: Ratios, fixed: int) -> Tightening:
+def tighten(now: Tightening, knots: Floats, s: Floats, r: Ratios, fixed: int, passes: int) -> Tightening:
     """Factors for the next pass from the ratios at ticks s (N,); those of given pieces stay."""
+    late = 1.0 - _LATER * max(0, passes - _SOON)
     speed = _on_pieces(knots, s, r.speed, SPEED_AIM)
-    acceleration = np.minimum(_on_pieces(knots, s, r.acceleration, ACCELERATION_AIM), _ACCELERATION_MOST)
+    acceleration = _on_pieces(knots, s, r.acceleration, ACCELERATION_AIM, late)
+    acceleration = np.minimum(acceleration, _ACCELERATION_MOST)
     jerk = np.minimum(_on_pieces(knots, s, r.jerk, JERK_AIM), _JERK_MOST)
     at_knots = np.maximum(
         np.append(acceleration[:1], acceleration), np.append(acceleration, acceleration[-1:])
@@ -42,8 +49,8 @@ def tighten(now: Tightening, knots: Floats, s: Floats, r: Ratios, fixed: int) ->
     )
 
 
-def _on_pieces(knots: Floats, s: Floats, ratio: Floats, aim: float) -> Floats:
-    """Largest ratio/aim, at least 1, of the differences that touch each piece (n,)."""
+def _on_pieces(knots: Floats, s: Floats, ratio: Floats, aim: float, late: float = 1.0) -> Floats:
+    """Largest ratio/aim, at least 1, of the differences over the aim that touch each piece (n,)."""
     n = len(knots) - 1
     factor = np.ones(n)
     over = np.flatnonzero(ratio > aim)
@@ -53,5 +60,5 @@ def _on_pieces(knots: Floats, s: Floats, ratio: Floats, aim: float) -> Floats:
     first = np.clip(np.searchsorted(knots, s[over], side="right") - 1, 0, n - 1)
     last = np.clip(np.searchsorted(knots, s[over + span], side="left") - 1, first, n - 1)
     for step in range(int((last - first).max()) + 1):
-        np.maximum.at(factor, np.minimum(first + step, last), ratio[over] / aim)
+        np.maximum.at(factor, np.minimum(first + step, last), ratio[over] / (aim * late))
     return factor
