@@ -115,7 +115,7 @@ def _load_compiled(path: Path) -> Loaded:
         data = path.read_bytes()
     except OSError as error:
         reason = error.strerror or type(error).__name__
-        unreadable = Diagnostic(code="E101", message=f"cannot read the file: {reason}", file=str(path))
+        unreadable = Diagnostic(code="E100", message=f"cannot read the file: {reason}", file=str(path))
         raise CompileError([unreadable]) from None
     try:
         program = load(data)

@@ -1,4 +1,4 @@
-"""The decision report: every place where a program reads the outside world (LANGUAGE 6)."""
+"""The decision report: every place where a program reads the outside world."""
 
 from __future__ import annotations
 

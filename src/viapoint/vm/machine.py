@@ -39,7 +39,7 @@ from viapoint.vm.program import Program
 from viapoint.vm.shapes import MotionWords, motion_words, parse_shape
 
 DEPTH_LIMIT = 64
-"""How deep subroutines nest (LANGUAGE 4)."""
+"""How deep subroutines nest."""
 
 WORK_LIMIT = 100_000
 """Instructions allowed without motion or waiting, beyond once through the whole program: some 20 ms."""

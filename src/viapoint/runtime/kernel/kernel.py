@@ -305,6 +305,7 @@ class Kernel:
                 return
             entry = None if self._dwell_until is not None else self._front()
             if entry is not None and self._reached(entry):
+                self.blocks.set_out(entry.number)  # where the motion has no length
                 self._execute(entry)
             elif self._interpret() or self.planner.plan(self.mover.wanted):
                 pass

@@ -83,14 +83,14 @@ class Mover:
             jerk=np.append(limits.jerk, (path.jerk, path.angular_jerk)),
             deceleration=np.append(limits.acceleration, (path.deceleration, path.angular_acceleration)),
         )
-        self._stopping = 0.5 * path.speed**2 / path.deceleration + path.speed * path.acceleration / path.jerk
+        self._path = path
         self._slowing_until = -np.inf  # r up to which a higher override still holds, while slowing down
         self._slowing_from = override
 
     @property
     def wanted(self) -> float:
         """s up to which the route should be known for the law to be as fast as the limits allow."""
-        return self.s + _STOPPING_SHARE * self._stopping
+        return self.s + self._reach(self.s)
 
     def start(self, tick: int, line: int) -> bool:
         """From rest at `tick`: plan a law along what is known of the route; False if nothing is.
@@ -259,8 +259,17 @@ class Mover:
     def _due(self, law: TimeLaw) -> bool:
         ends = self._route.ends
         pieces = bisect.bisect_right(ends, law.s_end) - bisect.bisect_right(ends, self.s)
-        left = law.s_end - self.s
-        return pieces <= _RENEW_PIECES or left < 0.5 * _STOPPING_SHARE * self._stopping
+        return pieces <= _RENEW_PIECES or law.s_end - self.s < 0.5 * self._reach(self.s)
+
+    def _reach(self, s: float) -> float:
+        """How far from s the route should be known: some stopping distances from the speed programmed there."""
+        ends = self._route.ends
+        k = bisect.bisect_right(ends, s)
+        ahead = np.array([s, *ends[k : k + _HORIZON_PIECES]])
+        path = self._path
+        bound = float(self._route.speed_bound(ahead).max()) if self._route.end > 0.0 else np.inf
+        speed = min(path.speed, bound)
+        return _STOPPING_SHARE * speed * (0.5 * speed / path.deceleration + path.acceleration / path.jerk)
 
     def _horizon(self, s: float) -> float:
         """s at which a law from s may end at rest: the next exact stop, or the end of enough pieces."""
@@ -268,7 +277,7 @@ class Mover:
         stop = route.next_stop(s)
         last = route.end if stop is None else stop
         k = bisect.bisect_right(route.ends, s) + _HORIZON_PIECES
-        j = bisect.bisect_left(route.ends, s + _STOPPING_SHARE * self._stopping)
+        j = bisect.bisect_left(route.ends, s + self._reach(s))
         k = max(k, j)
         return min(last, route.ends[k]) if k < len(route.ends) else last
 

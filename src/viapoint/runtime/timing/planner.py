@@ -41,6 +41,10 @@ _HALT_DELAYS: Final = (0.0, 0.004, 0.012, 0.030, 0.060)
 _HALT_FACTORS: Final = (1.02, 1.1, 1.25, 1.5, 2.0, 3.0)
 """Stopping distances tried, in units of that of a straight line."""
 
+_MOST_CHECKED: Final = 400_000
+"""Ticks of a law that are checked one by one. A longer one, some minutes for one section, is all but still:
+its accelerations are over within a few ticks, and it is checked in larger steps."""
+
 _STRETCHES: Final = 60
 _STRETCH_MARGIN: Final = 1.002
 _LONGEST_STRETCH: Final = 1e4
@@ -62,8 +66,8 @@ def plan(
     Raises TimingError if numbers are not finite, nothing limits the motion, or the curve jumps.
     """
     _require(s_start, s_end, tick)
-    ask = Request(curve, limits, speed_bound, s_end, tick)
     est = estimate(curve, limits, speed_bound, s_start, s_end, tick)
+    ask = Request(curve, limits, speed_bound, s_end, _checked_at(tick, est))
     law = _exact(ask, est, State(s_start, 0.0, 0.0), t0, None)
     if law is None:
         law = Search(ask, from_rest(ask, est, s_start), t0, None).run()
@@ -91,8 +95,8 @@ def extend(
     joint = _joint(law, commit_time - law.t0 + _CUT_AFTER * tick, at_once=s_end < law.s_end)
     if joint is None or joint.state.s >= s_end:
         return None
-    ask = Request(curve, limits, speed_bound, s_end, tick)
     est = estimate(curve, limits, speed_bound, joint.state.s, s_end, tick, joint.state.v)
+    ask = Request(curve, limits, speed_bound, s_end, _checked_at(tick, est))
     exact_law = _exact(ask, est, joint.state, law.t0, joint)
     if exact_law is not None:
         return exact_law
@@ -144,6 +148,11 @@ def _joint(law: TimeLaw, since: float, at_once: bool) -> Joint | None:
         return Joint(law, k, float(law.t[k]), state, law.plan) if k < len(law.t) - 1 else None
     s, v, a = (float(x[0]) for x in law.since_start(np.array([since])))
     return Joint(law, k, since, State(s, v, a), None) if v > 0.0 else None
+
+
+def _checked_at(tick: float, est: Estimate) -> float:
+    """Step at which a law is checked: its ticks, unless they are beyond number."""
+    return max(tick, float(est.t[-1]) / _MOST_CHECKED)
 
 
 def _require(s_start: float, s_end: float, tick: float) -> None:
