@@ -8,6 +8,12 @@ from viapoint.language.codes.entry import Entry, Example, entry
 
 _ROBOT: Final = '[robot]\nmodel = "frigeni6"\n'
 
+_POST: Final = """[[zones]]
+name = "post"
+corner_1 = [1400, -100, 0]
+corner_2 = [1600, 100, 1600]
+"""
+
 _OTHER_CELL: Final = """A program that was compiled without this cell, or for another one, is checked against
         the cell only when it runs."""
 
@@ -46,11 +52,12 @@ ENTRIES: Final[tuple[Entry, ...]] = (
     ),
     entry(
         "E304",
-        "path too close to a singular pose",
-        """The path passes a pose where two joint axes line up, or where the wrist stands on the axis of J1,
-        not exactly, but so closely that joints would have to turn far within less than a micrometre. Pass
-        such a pose with MJ, lead the path around it, or exactly through it.""",
-        "MJ J4=0.00001 J5=20 F50\nML X=1700 B=-20 F50\n",
+        "joints cannot follow the path",
+        """A path goes through singular poses, and past them however closely. But here no joints follow it
+        continuously: it meets two singularities at once, with the wrist on the axis of J1 and J4 and J6 in
+        line, or it would have to turn about a joint that is not free. Pass such a pose with MJ, or lead the
+        path around it.""",
+        "MJ J2=30 J3=-165.1631 F50\nML Y=200 F100\n",
     ),
     entry(
         "E305",
@@ -115,6 +122,62 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         Example(
             program="ML X=1700\n",
             cell=f"{_ROBOT}[controller]\ndefault_speed = {{ path_mm_s = 1e-323 }}\n",
+        ),
+    ),
+    entry(
+        "E330",
+        "path through a forbidden zone",
+        """Somewhere on the motion a link of the robot, or its tool, would be in a forbidden zone of the cell.
+        All of the way is looked at, not only its ends, before the robot sets out. The message says which part
+        of the robot, where on the way, and how deep. Links are counted from the base and are as thick as
+        radius_mm of [body] says; a tool is its capsule, or the line from the flange to the TCP. Lead the path
+        around the zone, by more points or by MJ, or correct the zone.""",
+        Example(
+            program="MJ X=1500 Y=-600 Z=1500 A=0 B=90 C=0 F50\nML Y=600 F200\n",
+            cell=_ROBOT + _POST + 'kind = "forbidden"\n',
+        ),
+    ),
+    entry(
+        "E331",
+        "path out of the safe zones",
+        """Where a cell has safe zones, every part of the robot that moves must stay inside of them, the links in
+        their full thickness. Several safe zones are one room: a part may be in two of them at once where they
+        overlap or adjoin. The message says which part leaves, where on the way, and how far. Keep the motion
+        inside, or enlarge the zones.""",
+        Example(
+            program="MJ J2=20 F50\nMJ J1=90\n",
+            cell=f"""{_ROBOT}[[zones]]
+name = "cage"
+kind = "safe"
+corner_1 = [-1000, -1500, 0]
+corner_2 = [3000, 1500, 3500]
+""",
+        ),
+    ),
+    entry(
+        "E332",
+        "robot runs into itself",
+        """On the motion two parts of the robot that are not neighbours would touch: links, or the tool and a
+        link. They are as thick as radius_mm of [body], or of the robot's own file, and the tool's capsule
+        say. Neighbours are links with a common joint, and those joined by something shorter than they are
+        thick. Choose another configuration or another way, or correct the radii.""",
+        Example(program="MJ J2=-80 F50\n", cell=_ROBOT),
+    ),
+    entry(
+        "E333",
+        "tool axis leaves its cone",
+        """The X axis of the tool must stay within half_angle_deg of the axis of [orientation_cone]; turning
+        about itself does no harm. On the motion it would lean farther. Keep the tool upright on the way, go
+        with ML instead of MJ, or widen the cone.""",
+        Example(
+            program="MJ J5=40 F50\n",
+            cell="""[robot]
+model = "frigeni6"
+home = [0, 0, 0, 0, 90, 0]
+[orientation_cone]
+axis = [0, 0, -1]
+half_angle_deg = 30
+""",
         ),
     ),
     entry(

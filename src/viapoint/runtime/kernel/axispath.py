@@ -8,20 +8,22 @@ the set points that leave are the very functions that were verified. Not here: t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from viapoint.language.units import DEG
 from viapoint.runtime.kernel import chebyshev
 from viapoint.runtime.kernel.chebyshev import Cells
 from viapoint.runtime.kernel.failure import JointJump, PlanningError
 from viapoint.runtime.kernel.sampling import Cell as _Cell
-from viapoint.runtime.kernel.sampling import Stretch, sample
+from viapoint.runtime.kernel.sampling import NearSingular, out_of_reach, sample
+from viapoint.runtime.kernel.spans import Division, Span, divide, whole
+from viapoint.runtime.kernel.stretch import Stretch
 from viapoint.runtime.path import Space
-from viapoint.runtime.records import Floats
+from viapoint.runtime.records import Bools, Floats
 from viapoint.runtime.robots import Robot
 
 JOINT_TOLERANCE: Final = 2e-12
@@ -31,14 +33,20 @@ JOINT_TOLERANCE: Final = 2e-12
 _LENGTH_TOLERANCE: Final = 1e-8
 """m (rad for the angle). Lengths meter speeds; they do not place the TCP."""
 
-_ROUGH_TOLERANCE: Final = 1e-8
-"""rad, for the tiny cells beside a singular pose, where the free joint is only known to this."""
+_ROUNDING: Final = 1e-15
+"""m or rad by which a pose and its way through the inverse kinematics are rounded."""
 
-_SMALLEST_CELL: Final = 2e-4
-"""m. A cell this small that has not converged sits beside a singularity."""
+_MOST_ROUNDING: Final = 1e-9
+"""rad. Beside the end of reach a joint is known to its rounding only; more than this would shake it."""
 
-_VANISHING_CELL: Final = 1e-7
-"""m. A cell this small that has not converged even roughly: the joints jump there."""
+_ORDINARY_HALVINGS: Final = 4
+"""Cells of an ordinary path converge with so many; one that does not is looked at for singular poses."""
+
+_VANISHING_CELL: Final = 1e-9
+"""m. A cell this small that has not converged: the joints do not follow the path there."""
+
+_FREE: Final = 1e-6
+"""Size of a free joint's vector (rad or m) beyond which it is not this joint that cannot follow."""
 
 _FIRST_CELL: Final = 0.15
 """m (or rad) of path a cell spans at first; most converge, and the rest are halved."""
@@ -47,12 +55,33 @@ _LARGEST_STEP: Final = 0.6
 """rad between neighbouring nodes; more, and the turn count of a joint could be misread."""
 
 _JOIN_GAP: Final = 1e-6
-"""rad between the end of one cell and the start of the next; more is a jump of the joints."""
+"""rad between the end of one cell and the start of the next; more is a jump of the joints. Less is what
+rounding leaves beside a singular pose, where J4 and J6 may differ by it and the pose does not."""
+
+_GAP_TO_CLOSE: Final = 1e-13
+"""rad. A smaller gap between pieces of path is not seen in the ticks' differences."""
 
 _RANGE_SLACK: Final = 1e-9
 """rad by which a joint may pass its range: rounding of a target that lies exactly on it."""
 
-_Done = tuple[float, float, Floats, Floats]  # start, width, values, coefficients
+
+@dataclass(frozen=True, slots=True)
+class _Fitted:
+    """A finished cell: its span with the place in it, values at the nodes and coefficients."""
+
+    span: Span
+    start: float
+    width: float
+    values: Floats
+    coefficients: Floats
+
+    def place(self, node: int) -> float:
+        """w of a node, m from the start of the stretch."""
+        return float(self.span.places(np.array([self.start + self.width * chebyshev.NODES[node]]))[0][0])
+
+
+Compiled = list[_Fitted]
+"""The cells of one stretch, in order."""
 
 
 class AxisPath:
@@ -66,6 +95,8 @@ class AxisPath:
         self.robot = robot
         self.n = len(q_start)
         self.length = 0.0
+        self.inspect: Callable[[Stretch, Floats, Floats], None] | None = None
+        """Told of every stretch before it is path, with its cells' widths and coefficients; may refuse it."""
         self._cells = Cells(self.n + 4)
         self._last = np.concatenate((q_start, np.zeros(4)))
 
@@ -79,26 +110,48 @@ class AxisPath:
         """TCP length at the end, m."""
         return float(self._last[self.n + 2])
 
-    def extend(self, stretches: Sequence[Stretch], configuration: int) -> None:
-        """Compile finished pieces onto the end, all in one configuration.
+    def compile(self, stretches: Sequence[Stretch], configuration: int) -> list[Compiled]:
+        """Cells of finished pieces that follow each other in one configuration, in one batch.
 
-        Raises PlanningError naming the line: pose out of reach, joint out of range, or joints that cannot
-        follow continuously. What comes before the bad piece is then on the path.
+        Raises NearSingular where that is too much to ask, PlanningError where a pose is out of reach.
         """
+        return self._converge(stretches, [whole(stretch, configuration) for stretch in stretches])
+
+    def follow(self, stretch: Stretch, configuration: int, rest: tuple[bool, bool]) -> Division:
+        """Compile one piece onto the end, through and past singular poses; entered in a configuration.
+
+        `rest` says whether the path stands still at its begin and its end. Raises PlanningError naming the
+        line: pose out of reach, joint out of range, or joints that cannot follow continuously.
+        """
+        plain = whole(stretch, configuration)
+        division = Division([plain], configuration, False, False)
         try:
-            cells = self._converge(stretches, configuration)
-        except PlanningError:
-            if len(stretches) == 1:
-                raise
-            for stretch in stretches:
-                self.extend((stretch,), configuration)
-            return
-        for stretch, done in zip(stretches, cells, strict=True):
-            done.sort(key=lambda d: d[0])
-            coeffs = self._chain(stretch, done)
-            starts, widths = np.array([d[:2] for d in done]).T
-            self._cells.append(self.length + starts, widths, coeffs)
-            self.length += stretch.length
+            compiled = self._converge([stretch], [plain])
+        except NearSingular:
+            division = divide(self.robot, stretch, configuration, self.q_end, rest)
+            compiled = self._patiently(stretch, division.spans)
+        self.append(stretch, [cell for cells in compiled for cell in cells])
+        return division
+
+    def _patiently(self, stretch: Stretch, spans: Sequence[Span]) -> list[Compiled]:
+        try:
+            return self._converge([stretch] * len(spans), spans, patient=True)
+        except NearSingular:
+            raise self._jump(stretch, 0.0) from None
+
+    def append(self, stretch: Stretch, compiled: Compiled) -> None:
+        """Put a compiled piece onto the end of the path.
+
+        Raises PlanningError naming the line: joint out of range, JointJump where the joints do not join.
+        """
+        coeffs, last = self._chain(stretch, compiled)
+        widths = np.array([cell.width for cell in compiled])
+        ends = np.cumsum(widths)
+        if self.inspect is not None:
+            self.inspect(stretch, widths, coeffs)
+        self._cells.append(self.length + ends - widths, widths, coeffs)
+        self.length += float(ends[-1])
+        self._last = last
 
     def values(self, s: Floats) -> Floats:
         """Limited axes (N, n + 2) at s (N,)."""
@@ -123,70 +176,98 @@ class AxisPath:
         """Drop what lies wholly before s: the robot will not come back there."""
         self._cells.forget(s)
 
-    def _converge(self, stretches: Sequence[Stretch], configuration: int) -> list[list[_Done]]:
-        """Cells of each stretch, halved until all are good; one batch a round for all stretches."""
-        todo: list[_Cell] = []
-        for index, stretch in enumerate(stretches):
-            count = max(1, round(stretch.length / _FIRST_CELL))
-            width = stretch.length / count
-            todo += [_Cell(index, k * width, width) for k in range(count)]
-        done: list[list[_Done]] = [[] for _ in stretches]
+    def _converge(
+        self, stretches: Sequence[Stretch], spans: Sequence[Span], *, patient: bool = False
+    ) -> list[Compiled]:
+        """Cells of each span, halved until all are good; one batch a round for all spans."""
+        todo = [cell for index, span in enumerate(spans) for cell in _first_cells(index, span)]
+        done: list[Compiled] = [[] for _ in spans]
         while todo:
-            values = sample(self.robot, stretches, todo, configuration, self._last[: self.n])
+            values = sample(self.robot, stretches, spans, todo, self._last[: self.n])
             coeffs = chebyshev.coefficients(values)
-            good = self._converged(values, coeffs, np.array([c.width for c in todo]))
+            good = self._converged(values, coeffs)
             rest: list[_Cell] = []
             for k, cell in enumerate(todo):
-                if good[k]:
-                    done[cell.stretch].append((cell.start, cell.width, values[k], coeffs[k]))
-                elif cell.width < _VANISHING_CELL:
-                    raise self._jump(stretches[cell.stretch], cell.start)
-                else:
-                    rest += cell.halves()
+                span = spans[cell.span]
+                rounded = patient and not span.bearings
+                if good[k] or (rounded and self._is_rounding(values[k], coeffs[k])):
+                    done[cell.span].append(_Fitted(span, cell.start, cell.width, values[k], coeffs[k]))
+                    continue
+                if stretches[cell.span].curve.space is Space.POSE:
+                    self._require_hope(stretches[cell.span], span, cell, patient=patient)
+                rest += cell.halves()
             todo = rest
+        for cells in done:
+            cells.sort(key=lambda cell: cell.start)
         return done
 
-    def _converged(self, values: Floats, coeffs: Floats, widths: Floats) -> npt.NDArray[np.bool_]:
+    def _converged(self, values: Floats, coeffs: Floats, tolerance: float = JOINT_TOLERANCE) -> Bools:
         n = self.n
         error = chebyshev.residual(coeffs)
         step = np.abs(np.diff(values[:, :, :n], axis=1)).max(axis=(1, 2))
-        small = widths < _SMALLEST_CELL
-        joints = error[:, :n].max(axis=1) < np.where(small, _ROUGH_TOLERANCE, JOINT_TOLERANCE)
-        lengths = (error[:, n:].max(axis=1) < _LENGTH_TOLERANCE) | small
-        good: npt.NDArray[np.bool_] = joints & lengths & (step < _LARGEST_STEP)
+        joints = error[:, :n].max(axis=1) < tolerance
+        good: Bools = joints & (error[:, n:].max(axis=1) < _LENGTH_TOLERANCE) & (step < _LARGEST_STEP)
         return good
 
-    def _chain(self, stretch: Stretch, done: list[_Done]) -> Floats:
-        """Coefficients (C, D+1, n+4) with turns and lengths counted on from the end of the path."""
+    def _is_rounding(self, values: Floats, coeffs: Floats) -> bool:
+        """Whether a cell has converged to what rounding leaves of the joints."""
+        rounding = min(self._rounding(values), _MOST_ROUNDING)
+        return bool(self._converged(values[None], coeffs[None], rounding)[0])
+
+    def _rounding(self, values: Floats) -> float:
+        """rad to which joints (N, n) are known from poses: rounding over the least gain of the arm."""
+        gains = np.linalg.svd(self.robot.jacobian(values[:, : self.n]), compute_uv=False)[:, -1]
+        return _ROUNDING / max(float(gains.min()), _ROUNDING)
+
+    def _require_hope(self, stretch: Stretch, span: Span, cell: _Cell, *, patient: bool) -> None:
+        """Smaller cells may converge; raises what is to be said where they may not."""
+        if not patient and cell.depth >= _ORDINARY_HALVINGS:
+            raise NearSingular
+        if cell.width >= _VANISHING_CELL:
+            return
+        w, x, _ = span.places(np.array([cell.start]))
+        q, _, X = span.joints(self.robot, w, x, self.q_end)
+        vectors = self.robot.kinematics.free_vectors(X, q, span.configuration)
+        if np.abs(vectors).min(initial=np.inf) > _FREE:
+            raise out_of_reach(stretch, float(w[0]), "reaches the end of")
+        raise self._jump(stretch, float(w[0]))
+
+    def _chain(self, stretch: Stretch, compiled: Compiled) -> tuple[Floats, Floats]:
+        """Coefficients (C, D+1, n+4), turns and lengths counted on from the end of the path; the new end."""
         n = self.n
         turn = np.where(self.robot.prismatic, 0.0, 2.0 * np.pi)
         chained = []
-        for start, width, values, coeffs in done:
-            gap = self._last[:n] - values[0, :n]
+        last = self._last
+        for number, cell in enumerate(compiled):
+            gap = last[:n] - cell.values[0, :n]
             turns = turn * np.round(gap / (2.0 * np.pi))
+            gap = gap - turns
             turned = stretch.curve.space is Space.JOINT and turns.any()  # its joints are meant as they are
-            if turned or np.abs(gap - turns).max() > _JOIN_GAP:
-                raise self._jump(stretch, start)
-            shift = np.concatenate((turns, self._last[n:]))
-            moved = coeffs.copy()
+            if turned or np.abs(gap).max() > _JOIN_GAP:
+                raise self._jump(stretch, 0.0 if number == 0 else cell.place(0))
+            shift = np.concatenate((turns, last[n:]))
+            moved = cell.coefficients.copy()
             moved[0] += shift
+            if number == 0 and np.abs(gap).max() > _GAP_TO_CLOSE:  # closed along the cell
+                moved[0, :n] += 0.5 * gap
+                moved[1, :n] -= 0.5 * gap
             chained.append(moved)
-            self._check_range(stretch, values + shift, start, width)
-            self._last = values[-1] + shift
-        return np.stack(chained)
+            self._check_range(stretch, cell, cell.values + shift)
+            last = cell.values[-1] + shift
+        return np.stack(chained), last
 
-    def _check_range(self, stretch: Stretch, values: Floats, start: float, width: float) -> None:
+    def _check_range(self, stretch: Stretch, cell: _Fitted, values: Floats) -> None:
         q = values[:, : self.n]
         limits = self.robot.limits
         over = np.maximum(q - limits.upper, limits.lower - q)
         if over.max() <= _RANGE_SLACK:
             return
         node, joint = np.unravel_index(int(np.argmax(over > _RANGE_SLACK)), over.shape)
-        w = start + width * chebyshev.NODES[node]
         raise PlanningError(
             "E303",
             f"J{joint + 1} would leave its range {limits.lower[joint] / DEG:g}…"
-            f"{limits.upper[joint] / DEG:g} deg after {w / stretch.length:.0%} of this stretch of path",
+            f"{limits.upper[joint] / DEG:g} deg after {cell.place(int(node)) / stretch.length:.0%} of this "
+            "stretch of path",
             stretch.line,
             "start the motion in another configuration, or go part of the way with MJ",
         )
@@ -196,10 +277,10 @@ class AxisPath:
         if stretch.curve.space is Space.JOINT:
             return PlanningError(
                 "E305",
-                "the round edge does not lead into this joint move: within it the joint move passes a singular "
-                "pose into another configuration",
+                "the path before this joint move does not lead into it: beside a singular pose it goes "
+                "another way round than the programmed one",
                 stretch.line,
-                "make R of the motion before smaller, or leave it out",
+                "make R of the motion before smaller, or let the robot stop there first (WAIT 0)",
             )
         return JointJump(
             "E304",
@@ -208,3 +289,10 @@ class AxisPath:
             "go through the singular pose with MJ, or move the path away from it",
             w,
         )
+
+
+def _first_cells(index: int, span: Span) -> list[_Cell]:
+    length = span.length
+    count = max(1, round(length / (_FIRST_CELL if span.warp is None else span.warp.scale)))
+    width = length / count
+    return [_Cell(index, k * width, width) for k in range(count)]

@@ -18,6 +18,10 @@ class PlanningError(MotionError):
     """E3xx: found while planning, before the robot moves there."""
 
 
+class OutOfReach(PlanningError):
+    """A pose on a path is out of reach."""
+
+
 class JointJump(PlanningError):
     """The joints cannot follow a stretch of path within one configuration: it breaks off at `place`, m."""
 

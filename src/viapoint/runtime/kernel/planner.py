@@ -16,10 +16,12 @@ import numpy as np
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
 from viapoint.runtime.kernel.failure import MotionError, PlanningError
+from viapoint.runtime.kernel.guard import PathGuard, ZoneCrossing
 from viapoint.runtime.kernel.resolver import Resolver
 from viapoint.runtime.kernel.route import Route
 from viapoint.runtime.path import Chain, GeometryError, Piece, Transition
 from viapoint.runtime.records import Floats
+from viapoint.runtime.workspace import Monitor
 from viapoint.vm.ports import Barrier, Dwell, End, Motion, RaiseM, SelectTool, SetOutput, Tangent, Track
 
 _BATCH: Final = 32
@@ -45,6 +47,8 @@ class Planner:
         self.corners: list[Corner] = []
         self.laid: Callable[[Sequence[Piece]], None] | None = None
         """Told of every finished piece of path, for drawings."""
+        self.zone_crossings: list[ZoneCrossing] = []
+        """Where the path enters and leaves exclusive zones."""
         self._buffer = buffer
         self._resolver = Resolver(cell, q_start)
         self._chain = Chain(tolerance=cell.path_tolerance)
@@ -56,6 +60,10 @@ class Planner:
         self._tool = 0
         self._last = -1  # tag of the last motion
         self._forced_by: dict[int, int] = {}  # tag of a motion to the line that makes its end a stop
+        monitor = Monitor(cell)
+        if monitor.active:
+            guard = PathGuard(monitor, self.route.tool_of, self.zone_crossings.append)
+            self.route.axes.inspect = guard.inspect
 
     @property
     def undecided(self) -> bool:
@@ -121,6 +129,8 @@ class Planner:
             case SetOutput(line=line, index=index):
                 if index > self._outputs:
                     raise PlanningError("E314", f"the cell has no output DO{index}", line)
+            case Track(line=line, conveyor=0):
+                self.close(line)
             case Track(line=line):
                 raise PlanningError("E390", "conveyor tracking (TRK) cannot be run yet", line)
             case Tangent(line=line, on=on):
@@ -140,7 +150,7 @@ class Planner:
         move = resolved.move
         if self._stepping:
             move = replace(move, corner=replace(move.corner, stop=True))
-        self.route.announce(tag, replace(resolved, move=move), motion.line)
+        self.route.announce(tag, replace(resolved, move=move), motion.line, motion.tool)
         self._lines[tag] = motion.line
         self._open = self._last = tag
         try:

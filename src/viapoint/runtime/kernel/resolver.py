@@ -15,9 +15,9 @@ from viapoint.language.units import DEG, MM
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.failure import PlanningError
 from viapoint.runtime.kernel.joints import end_joints, motion_target, tcp_kinematics
-from viapoint.runtime.kernel.sampling import FlangePath
 from viapoint.runtime.kernel.speeds import SpeedRule, speed_rule
-from viapoint.runtime.path import Corner, GeometryError, Move, MoveKind, Pose, programmed
+from viapoint.runtime.kernel.stretch import PathLimits, Stretch
+from viapoint.runtime.path import Corner, GeometryError, Move, MoveKind, Piece, Pose, programmed
 from viapoint.runtime.records import Floats
 from viapoint.runtime.robots import Robot
 from viapoint.runtime.rotations import abc_to_matrix, invert_pose, matrix_to_abc, matrix_to_quaternion
@@ -78,8 +78,9 @@ class Resolver:
         return resolved
 
     def arrive(self, q: Floats) -> None:
-        """The path as rounded stops here in joints q (n,): beside a singular pose it may have gone another way
-        round than the programmed one.
+        """The path as rounded stops here in joints q (n,).
+
+        Beside a singular pose it may have gone another way round than the programmed one.
         """
         self.stand = Stand(q, self.stand.X_base_flange)
 
@@ -154,8 +155,9 @@ class Resolver:
         rule = speed_rule(motion, self.cell)
         if segment is None:
             return Resolved(move, rule, X_flange_tool, self.stand)
-        path = FlangePath(segment, invert_pose(X_flange_tool))
-        q, X, configuration = end_joints(self.robot, path, self.stand.q, motion.line)
+        piece = Piece(segment, 0.0, segment.length, tag, ends=True, stop=True)
+        path = Stretch(piece, invert_pose(X_flange_tool), motion.line, PathLimits.APPLY)
+        q, X, configuration = end_joints(self.robot, path, self.stand.q)
         return Resolved(move, rule, X_flange_tool, Stand(q, X), configuration)
 
     def _target_pose(self, target: Target, motion: Motion, X_flange_tool: Floats) -> Floats:

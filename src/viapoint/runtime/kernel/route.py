@@ -14,11 +14,13 @@ from typing import Final
 import numpy as np
 
 from viapoint.runtime.kernel.axispath import AxisPath
-from viapoint.runtime.kernel.failure import JointJump
-from viapoint.runtime.kernel.joints import leaving_singular, singular_place, tcp_kinematics
+from viapoint.runtime.kernel.failure import JointJump, OutOfReach
+from viapoint.runtime.kernel.joints import leaving_singular, tcp_kinematics
 from viapoint.runtime.kernel.resolver import Resolved
-from viapoint.runtime.kernel.sampling import PathLimits, Stretch
+from viapoint.runtime.kernel.sampling import NearSingular
+from viapoint.runtime.kernel.spans import Division
 from viapoint.runtime.kernel.speeds import rate_bounds
+from viapoint.runtime.kernel.stretch import PathLimits, Stretch
 from viapoint.runtime.path import Chain, Mark, Move, MoveKind, Piece, Space
 from viapoint.runtime.records import Floats
 from viapoint.runtime.robots import Robot
@@ -28,13 +30,6 @@ _HELD_TURN: Final = 1e-9
 """rad. Free joints that must turn by more than this before the TCP can leave a singular pose do so first."""
 
 
-_BESIDE: Final = 2e-7
-"""m around a place at which the joints jump, to look for the singular pose there."""
-
-_SAME_PLACE: Final = 1e-12
-"""m: rounding of summed lengths."""
-
-
 @dataclass(frozen=True, slots=True)
 class _Planned:
     """A motion on the route."""
@@ -42,6 +37,7 @@ class _Planned:
     resolved: Resolved
     line: int
     X_tool_flange: Floats
+    tool: int
 
 
 _Waiting = tuple[Stretch, _Planned]
@@ -73,9 +69,13 @@ class Route:
         """s up to which the route can be travelled."""
         return self.axes.length
 
-    def announce(self, tag: int, resolved: Resolved, line: int) -> None:
+    def announce(self, tag: int, resolved: Resolved, line: int, tool: int) -> None:
         """Say what motion `tag` is, before its pieces are taken."""
-        self._motions[tag] = _Planned(resolved, line, invert_pose(resolved.X_flange_tool))
+        self._motions[tag] = _Planned(resolved, line, invert_pose(resolved.X_flange_tool), tool)
+
+    def tool_of(self, tag: int) -> int:
+        """The tool of motion `tag`."""
+        return self._motions[tag].tool
 
     def take(self, pieces: Sequence[Piece], marks: Sequence[Mark]) -> None:
         """Compile finished pieces onto the end and note where their motions end.
@@ -165,51 +165,53 @@ class Route:
             self._compile()
 
     def _compile(self) -> None:
-        """Compile the queued pieces, through singular poses that they pass exactly."""
+        """Compile the queued pieces: together if they are ordinary, else one after the other."""
         waiting, self._waiting = self._waiting, []
-        while waiting:
-            before = self._count
-            try:
-                self._lay(waiting)
-                return
-            except JointJump as jump:
-                waiting = self._through_singular(waiting[self._count - before :], jump)
-
-    def _through_singular(self, waiting: list[_Waiting], jump: JointJump) -> list[_Waiting]:
-        """Compile up to the singular pose at which the first stretch breaks off; the rest goes on from there
-        along the branch that is continuous, in another configuration. Raises the jump where none is.
-        """
-        (stretch, motion), *others = waiting
-        around = jump.place + _BESIDE * np.array([-1.0, 1.0])
-        configuration = self._configuration or 0
-        w = singular_place(self._robot, stretch, configuration, self.axes.q_end, around)
-        if w is None or stretch.limits is not PathLimits.APPLY or w >= stretch.length:
-            raise jump
-        if w > 0.0:
-            head, stretch = stretch.split(w)
-            start = self.end
-            self.axes.extend((head,), configuration)
-            self._bound(start, motion, joint_space=False)
-            self.ends.append(self.end)
-        self._configuration, q_leaving = leaving_singular(self._robot, stretch, self.axes.q_end)
-        if self._configuration == configuration or np.abs(q_leaving - self.axes.q_end).max() > _HELD_TURN:
-            raise jump
-        return [(stretch, motion), *others]
-
-    def _lay(self, waiting: list[_Waiting]) -> None:
-        start = self.end
+        done = 0
         try:
-            self.axes.extend([stretch for stretch, _ in waiting], self._configuration or 0)
-        finally:
-            for stretch, motion in waiting:
-                end = start + stretch.length
-                if end > self.end + _SAME_PLACE:
-                    break
-                self._bound(start, motion, joint_space=self._is_joint(stretch.curve))
-                self._count += 1
-                self._after[self._count] = end
-                self.ends.append(end)
-                start = end
+            for cells in self.axes.compile([stretch for stretch, _ in waiting], self._configuration or 0):
+                stretch, motion = waiting[done]
+                start = self.end
+                self.axes.append(stretch, cells)
+                self._note(start, motion, stretch)
+                done += 1
+        except (NearSingular, JointJump, OutOfReach):
+            for stretch, motion in waiting[done:]:
+                self._follow(stretch, motion)
+
+    def _follow(self, stretch: Stretch, motion: _Planned) -> None:
+        """Compile one piece, through or past singular poses. Where nothing continuous leads on from one, the
+        robot stops and its free joints turn first.
+        """
+        posed = stretch.curve.space is Space.POSE
+        if posed and self._configuration is None:
+            self._configuration = self._enter(stretch, motion)
+        try:
+            division = self._divided(stretch)
+        except JointJump as jump:
+            if jump.place > 0.0 or self.end <= self.stops[-1]:
+                raise
+            self.stop_here()
+            self._configuration = self._enter(stretch, motion)
+            division = self._divided(stretch)
+        start = self.end - sum(span.length for span in division.spans)
+        self._note(start, motion, stretch)
+        if division.stop_before and start > self.stops[-1]:
+            self.stops.append(start)
+        if posed:
+            self._configuration = division.configuration
+        if division.stop_after:
+            self.stop_here()
+
+    def _divided(self, stretch: Stretch) -> Division:
+        rest = self.end <= self.stops[-1], stretch.curve.stop
+        return self.axes.follow(stretch, self._configuration or 0, rest)
+
+    def _note(self, start: float, motion: _Planned, stretch: Stretch) -> None:
+        self._bound(start, motion, joint_space=self._is_joint(stretch.curve))
+        self._count += 1
+        self._after[self._count] = self.end
+        self.ends.append(self.end)
 
     def _is_joint(self, piece: Piece | None) -> bool:
         return piece is not None and self._motions[piece.tag].resolved.move.kind is MoveKind.JOINT
@@ -255,7 +257,9 @@ class Route:
         pieces, _, _ = chain.take()
         for piece in pieces:
             start = self.end
-            self.axes.extend([Stretch(piece, motion.X_tool_flange, motion.line, PathLimits.FREE)], 0)
+            self.axes.follow(
+                Stretch(piece, motion.X_tool_flange, motion.line, PathLimits.FREE), 0, (True, True)
+            )
             self._bound(start, motion, joint_space=True)
             self.ends.append(self.end)
         self.stops.append(self.end)

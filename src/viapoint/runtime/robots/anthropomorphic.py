@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from viapoint.runtime.robots.model import TURN, Bools, Floats, IkSolutions, Ints, SingularityReport
+from viapoint.runtime.robots.model import TURN, Bools, Complexes, Floats, IkSolutions, Ints, SingularityReport
 from viapoint.runtime.rotations import make_pose
 
 CONFIGURATIONS = tuple(
@@ -162,19 +162,50 @@ class SphericalWristArm:
         valid &= ~(stretched & (branches >> 1 & 1 == 1))  # UP and DOWN are one
         return IkSolutions(q.reshape(*X.shape[:-2], 8, 6), valid.reshape(*X.shape[:-2], 8))
 
-    def ik_branch(self, X: Floats, configuration: int | Ints, reference: Floats) -> tuple[Floats, Bools]:
-        """(N, 4, 4) → q (N, 6) of one branch up to full turns, free joints as in the reference; reachable."""
+    def ik_branch(
+        self, X: Floats, configuration: int | Ints, reference: Floats, given: tuple[int, ...] = ()
+    ) -> tuple[Floats, Bools]:
+        """(N, 4, 4) → q (N, 6) of one branch up to full turns, free joints as in the reference; reachable.
+
+        So are those `given`, J1 or J4: their senses then decide those of the shoulder and the wrist.
+        """
         shoulder, elbow, wrist = self._signs(configuration)
         rows = self._rotation_rows(X)
-        p = X[:, :3, 3]
-        point = tuple(p[:, i] - self.a6x * rows[i][0] for i in range(3))  # F 4-1
+        point = self._wrist_centre(X, rows)
         geometric = reference * self.sign
         q = np.empty((len(X), 6))
-        c1, s1, radial = _solve_axis_1(point[0], point[1], shoulder, geometric[..., 0], q[:, 0])
+        c1, s1, radial = _solve_axis_1(point[0], point[1], shoulder, geometric[..., 0], q[:, 0], 0 in given)
         reachable = self._solve_arm(radial - self.a2x, point[2] - (self.a1z + self.a2z), elbow, q)
-        _solve_wrist(rows, c1, s1, q, wrist, geometric[..., 3])
+        _solve_wrist(rows, c1, s1, q, wrist, geometric[..., 3], 3 in given)
         q *= self.sign
         return q, reachable
+
+    @property
+    def free_joints(self) -> tuple[int, ...]:
+        """J1 with the wrist point on axis 1, J4 with the wrist stretched."""
+        return 0, 3
+
+    def free_vectors(self, X: Floats, q: Floats, configuration: int) -> Complexes:
+        """The wrist point seen along axis 1, m (F 4-3); the hand's axis along the forearm (F 4-19)."""
+        shoulder, _, wrist = self._signs(configuration)
+        rows = self._rotation_rows(X)
+        x, y, _ = self._wrist_centre(X, rows)
+        c, s, c23, s23 = self._trigonometry(q)
+        (r00, _, _), (r10, _, _), (r20, _, _) = rows
+        c1, s1 = c[:, 0], s[:, 0]
+        lift = s23 * (c1 * r00 + s1 * r10) + c23 * r20
+        side = c1 * r10 - s1 * r00
+        vectors = (shoulder * (x + self.sign[0] * 1j * y), wrist * (-lift + self.sign[3] * 1j * side))
+        return np.stack(vectors, axis=1)
+
+    def beyond(self, configuration: int, joint: int) -> int:
+        """Through a stretched wrist J5 changes sign; over axis 1 the bend of the elbow keeps its own."""
+        return configuration ^ (1 if joint == 3 else 0b110)
+
+    def _wrist_centre(self, X: Floats, rows: tuple[Triple, Triple, Triple]) -> Triple:
+        """The wrist point's coordinates (N,), m (F 4-1)."""
+        x, y, z = (X[:, i, 3] - self.a6x * rows[i][0] for i in range(3))
+        return x, y, z
 
     def _signs(self, configuration: int | Ints) -> tuple[Signs, Signs, Signs]:
         """+1 or −1 of shoulder, elbow (sense of its bend in the arm's plane) and wrist (of sin J5)."""
@@ -256,11 +287,11 @@ def _wrist_axis(c: Floats, s: Floats, along: Floats, across: Floats, upright: Fl
 
 
 def _solve_axis_1(
-    x: Floats, y: Floats, shoulder: Signs, reference: Floats, q1: Floats
+    x: Floats, y: Floats, shoulder: Signs, reference: Floats, q1: Floats, given: bool
 ) -> tuple[Floats, Floats, Floats]:
     """J1 into q1 (F 4-3); its cosine and sine, and the wrist point's coordinate in the arm's plane."""
     radius = np.hypot(x, y)
-    singular = radius < SHOULDER_SINGULAR
+    singular = (radius < SHOULDER_SINGULAR) | given
     np.arctan2(shoulder * y, shoulder * x, out=q1)
     if not singular.any():
         scale = shoulder / radius
@@ -271,7 +302,13 @@ def _solve_axis_1(
 
 
 def _solve_wrist(
-    rows: tuple[Triple, Triple, Triple], c1: Floats, s1: Floats, q: Floats, sense: Signs, reference: Floats
+    rows: tuple[Triple, Triple, Triple],
+    c1: Floats,
+    s1: Floats,
+    q: Floats,
+    sense: Signs,
+    reference: Floats,
+    given: bool,
 ) -> None:
     """J4, J5, J6 into q from R_wrist = R_armᵀ·R (F 4-19 … 4-25).
 
@@ -287,7 +324,7 @@ def _solve_wrist(
     w21 = s23 * (c1 * r01 + s1 * r11) + c23 * r21
     w22 = s23 * (c1 * r02 + s1 * r12) + c23 * r22
     sine = np.hypot(w10, w20)
-    singular = sine < WRIST_SINGULAR
+    singular = (sine < WRIST_SINGULAR) | given
     np.arctan2(sense * w10, -sense * w20, out=q[:, 3])
     if singular.any():
         np.copyto(q[:, 3], reference, where=singular)

@@ -18,6 +18,7 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
+Complexes = npt.NDArray[np.complex128]
 
 TURN = 2.0 * np.pi
 # A joint standing on the end of its range, up to the rounding of degrees and of the IK, is inside it.
@@ -76,8 +77,27 @@ class Kinematics(Protocol):
     def jacobian(self, q: Floats) -> Floats: ...
     def link_points(self, q: Floats) -> Floats: ...
     def ik(self, X: Floats, reference: Floats | None = None) -> IkSolutions: ...
-    def ik_branch(self, X: Floats, configuration: int | Ints, reference: Floats) -> tuple[Floats, Bools]: ...
+    def ik_branch(
+        self, X: Floats, configuration: int | Ints, reference: Floats, given: tuple[int, ...] = ()
+    ) -> tuple[Floats, Bools]: ...
     def free_joint(self, X: Floats, q: Floats) -> Bools: ...
+    @property
+    def free_joints(self) -> tuple[int, ...]:
+        """The joints that singular poses leave free, each found before the next."""
+        ...
+
+    def free_vectors(self, X: Floats, q: Floats, configuration: int) -> Complexes:
+        """(N, 4, 4), solutions (N, n) → (N, k): a plane vector x + i·y for each free joint.
+
+        The joint is its argument (up to full turns) in that configuration; it vanishes where the joint is
+        free. It depends on the pose and the free joints before it.
+        """
+        ...
+
+    def beyond(self, configuration: int, joint: int) -> int:
+        """The configuration in which joints that run on smoothly leave the singular pose of a free joint."""
+        ...
+
     def configuration(self, q: Floats) -> Ints: ...
     def singularity(self, q: Floats) -> SingularityReport: ...
 
@@ -126,14 +146,19 @@ class Robot:
         return self.kinematics.ik(X_base_flange)
 
     def ik_branch(
-        self, X_base_flange: Floats, configuration: int | Ints, reference: Floats
+        self,
+        X_base_flange: Floats,
+        configuration: int | Ints,
+        reference: Floats,
+        given: tuple[int, ...] = (),
     ) -> tuple[Floats, Bools]:
         """One branch: (N, 4, 4), index or (N,), reference (n,) or (N, n) → q (N, n), reachable (N,).
 
         Every revolute joint takes the turn nearest to the reference. At a singular pose the free joint
-        keeps the reference's value and the others make up for it. Unreachable rows mean nothing.
+        keeps the reference's value and the others make up for it; free joints that are `given` do so at
+        every pose. Unreachable rows mean nothing.
         """
-        q, reachable = self.kinematics.ik_branch(X_base_flange, configuration, reference)
+        q, reachable = self.kinematics.ik_branch(X_base_flange, configuration, reference, given)
         q += np.where(self.prismatic, 0.0, TURN * np.rint((reference - q) / TURN))
         return q, reachable
 

@@ -1,0 +1,165 @@
+"""Joints that a singular pose leaves free, as smooth functions along a path that meets or nearly meets one.
+
+Such a joint is the bearing of a plane vector that vanishes at the singularity: J4 that of the hand's axis
+seen along the forearm, J1 that of the wrist point seen along axis 1. Written as a complex number V the
+vector is smooth along the path however near the path comes, while its argument is known only to
+10⁻¹⁶/|V|, jumps where V passes through zero, and turns by half a turn within the distance of a miss. So V
+is made a polynomial of x, the place from the centre of a span; its zeros say where the singular poses are.
+A real zero is divided out: what is left has the argument that goes on smoothly (the configuration changes
+there). A zero at x + i·d is a miss by d. Not here: spans of path and inverse kinematics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from viapoint.runtime.kernel import chebyshev
+from viapoint.runtime.records import Floats
+
+Complexes = npt.NDArray[np.complex128]
+
+SINGULAR: Final = 1e-10
+"""|V| (rad; m for the wrist point) that counts as zero. The inverse kinematics takes the joint as free
+below it. A path that comes nearer is taken through the pose: its orientation is missed by at most as much,
+1e-7 mm at a metre from the wrist. One that does not is followed as it is, half a turn included."""
+
+_SMOOTH: Final = 1e-13
+"""Trailing coefficients of V below this: the polynomial is V up to rounding."""
+
+_FLAT: Final = 1e-14
+"""Coefficients of a polynomial in its own unit interval below this are rounding."""
+
+_SHORTEST: Final = 1e-5
+"""m. V that is not smooth over this much of path is not taken for smooth at all."""
+
+Vector = Callable[[Floats], Complexes]
+"""V at places w (N,) of a path."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bearing:
+    """One free joint along a span: the argument of a polynomial that has no real zero near the span.
+
+    `coefficients` ascend in x/scale, where x counts from `centre`. V itself vanishes `within` the span so
+    many times, and at its begin if it `begins_singular`; the other zeros near it, x + i·d, are `misses`.
+    """
+
+    joint: int
+    centre: float
+    scale: float
+    coefficients: Complexes
+    within: int = 0
+    begins_singular: bool = False
+    misses: tuple[complex, ...] = ()
+
+    def angle(self, x: Floats) -> Floats:
+        """The joint (N,), −π … π, at x (N,) from the centre."""
+        return np.asarray(np.angle(_horner(self.coefficients, x / self.scale)))
+
+
+def zeros(vector: Vector, begin: float, end: float, near: float) -> list[complex]:
+    """Zeros of V within `near` (m) of begin … end, as places w + i·d."""
+    half = 0.5 * (end - begin)
+    coefficients = _polynomial(vector, begin, end, begin + half)
+    if not len(coefficients):
+        if half < _SHORTEST:
+            return []
+        middle = begin + half
+        return zeros(vector, begin, middle, near) + zeros(vector, middle, end, near)
+    found = begin + half * (1.0 + _roots(coefficients))
+    outside = np.maximum(np.maximum(begin - found.real, found.real - end), 0.0)
+    return [complex(w) for w in found[np.hypot(outside, found.imag) <= near]]
+
+
+def fit(vector: Vector, joint: int, centre: float, begin: float, end: float, near: float) -> Bearing | None:
+    """The bearing of V on begin … end, as the path comes in from its begin; zeros within `near` m count.
+
+    None where V is not smooth there.
+    """
+    scale = max(end - centre, centre - begin)
+    coefficients = _polynomial(vector, begin, end, centre)
+    if not len(coefficients) or end - begin < _SHORTEST:
+        return None
+    unit = 0.5 * (end - begin) / scale  # _polynomial's variable is in half lengths
+    coefficients = np.asarray(coefficients * unit ** -np.arange(len(coefficients), dtype=np.float64))
+    crossings, misses = [], []
+    for root in _roots(coefficients):
+        outside = max(root.real * scale - (end - centre), (begin - centre) - root.real * scale, 0.0)
+        if abs(root.imag) * scale > near or outside > near:
+            continue
+        if abs(_horner(coefficients, np.array([root.real]))[0]) < SINGULAR:
+            crossings.append(float(root.real))
+        else:
+            misses.append(complex(root * scale))
+    ends = (begin - centre) / scale, (end - centre) / scale
+    ahead = [y for y in crossings if y > ends[0] and not _is_singular(coefficients, y, ends[0])]
+    within = [y for y in ahead if y < ends[1] and not _is_singular(coefficients, y, ends[1])]
+    begins = any(_is_singular(coefficients, y, ends[0]) for y in crossings)
+    for y in crossings:
+        coefficients = _divided(coefficients, y)
+    # before a zero that is still to come, V points against what is left when it is divided out
+    coefficients = coefficients * (-1.0) ** len(ahead)
+    return Bearing(joint, centre, scale, coefficients, len(within), begins, tuple(misses))
+
+
+def held(joint: int, angle: float) -> Bearing:
+    """The bearing of a joint that stays free all along a path: it keeps its angle."""
+    return Bearing(joint, 0.0, 1.0, np.array([np.exp(1j * angle)]))
+
+
+def _is_singular(coefficients: Complexes, zero: float, end: float) -> bool:
+    """Whether an end of the span is one with a zero: all between the two is singular."""
+    return bool(abs(_horner(coefficients, np.array([0.5 * (zero + end)]))[0]) < SINGULAR)
+
+
+def _polynomial(vector: Vector, begin: float, end: float, centre: float) -> Complexes:
+    """Coefficients of V, ascending, in (w − centre)/half length; none where V is not smooth."""
+    half = 0.5 * (end - begin)
+    values = vector(begin + 2.0 * half * chebyshev.NODES)
+    parts = chebyshev.coefficients(np.stack((values.real, values.imag), axis=1)[None])
+    tail = chebyshev.residual(parts).max()
+    series = parts[0, :, 0] + 1j * parts[0, :, 1]
+    if tail > _SMOOTH * max(1.0, np.abs(series).max()):
+        return np.zeros(0, dtype=np.complex128)
+    powers = np.asarray(np.polynomial.chebyshev.cheb2poly(series), dtype=np.complex128)
+    return _trimmed(_moved(powers, (centre - begin) / half - 1.0))
+
+
+def _moved(coefficients: Complexes, by: float) -> Complexes:
+    """The polynomial p(y + by), by repeated synthetic division."""
+    moved = coefficients.copy()
+    for k in range(len(moved)):
+        for j in range(len(moved) - 2, k - 1, -1):
+            moved[j] += by * moved[j + 1]
+    return moved
+
+
+def _trimmed(coefficients: Complexes) -> Complexes:
+    large = np.flatnonzero(np.abs(coefficients) > _FLAT)
+    return coefficients[: large[-1] + 1] if len(large) else coefficients[:1]
+
+
+def _roots(coefficients: Complexes) -> Complexes:
+    if len(coefficients) < 2:
+        return np.zeros(0, dtype=np.complex128)
+    return np.asarray(np.roots(coefficients[::-1]))
+
+
+def _divided(coefficients: Complexes, root: float) -> Complexes:
+    """The quotient by (y − root), ascending; the remainder is below `SINGULAR`."""
+    quotient = coefficients[1:].copy()
+    for k in range(len(quotient) - 2, -1, -1):
+        quotient[k] += root * quotient[k + 1]
+    return quotient
+
+
+def _horner(coefficients: Complexes, y: Floats) -> Complexes:
+    value = np.full(y.shape, coefficients[-1])
+    for coefficient in coefficients[-2::-1]:
+        value = value * y + coefficient
+    return value
