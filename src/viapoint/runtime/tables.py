@@ -13,9 +13,14 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+_FARTHEST = 1e9
+"""As in programs: no coordinate is larger, and arithmetic with it stays exact enough."""
+_LARGEST = 1e15
+"""Limits so large that nothing else than the tick limits the motion; far beyond, arithmetic overflows."""
+
+Finite = Annotated[float, Field(ge=-_FARTHEST, le=_FARTHEST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, le=_LARGEST, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0.0, le=_LARGEST, allow_inf_nan=False)]
 Index = Annotated[int, Field(ge=1)]
 Count = Annotated[int, Field(ge=0)]
 Vector = Annotated[list[Finite], Field(min_length=3, max_length=3)]

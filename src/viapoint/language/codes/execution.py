@@ -8,6 +8,18 @@ from viapoint.language.codes.entry import Entry, Example, entry
 
 _ROBOT: Final = '[robot]\nmodel = "frigeni6"\n'
 
+_POST: Final = """[[zones]]
+name = "post"
+kind = "forbidden"
+corner_1 = [1700, -100, 0]
+corner_2 = [2200, 100, 3000]
+"""
+_LONG_TOOL: Final = """[[tools]]
+index = 1
+xyz = [400, 0, 0]
+capsule = { to = [400, 0, 0], radius = 40 }
+"""
+
 ENTRIES: Final[tuple[Entry, ...]] = (
     entry(
         "E401",
@@ -53,14 +65,55 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "HOME F50\nLOOP:\nML X=1755\nGOTO LOOP\n",
     ),
     entry(
+        "E420",
+        "in a forbidden zone",
+        """A part of the robot is in a forbidden zone: where it stands at the start, with a tool that it picks
+        up, or by what was added to its path while it ran. A moving robot is then stopped on its path within
+        the limits. Move the robot or the zone; put the tool on elsewhere.""",
+        Example(program="WAIT 0.1\n", cell=_ROBOT + _POST),
+        Example(program="WAIT 0.1\nT 1\n", cell=f"{_ROBOT}{_LONG_TOOL}{_POST.replace('1700', '2000')}"),
+    ),
+    entry(
+        "E421",
+        "outside the safe zones",
+        """A part of the robot is outside the safe zones: where it stands at the start, with a tool that it
+        picks up, or by what was added to its path while it ran. A moving robot is then stopped on its path
+        within the limits. All parts that move count, in their full thickness. Move the robot, or enlarge
+        the zones.""",
+        Example(
+            program="WAIT 0.1\n",
+            cell=f"""{_ROBOT}[[zones]]
+name = "cage"
+kind = "safe"
+corner_1 = [-1000, -1000, 0]
+corner_2 = [1500, 1000, 3500]
+""",
+        ),
+    ),
+    entry(
+        "E422",
+        "robot touches itself",
+        """Two parts of the robot that are not neighbours touch: as it stands at the start, with a tool that it
+        picks up, or by what was added to its path while it ran. A moving robot is then stopped on its path
+        within the limits. Correct the home position, the tool's capsule, or the radii of [body].""",
+        Example(program="WAIT 0.1\n", cell='[robot]\nmodel = "frigeni6"\nhome = [0, -80, 0, 0, 0, 0]\n'),
+    ),
+    entry(
+        "E423",
+        "tool axis outside its cone",
+        """The X axis of the tool is outside [orientation_cone]: as the robot stands at the start, with a tool
+        that it picks up, or by what was added to its path while it ran. A moving robot is then stopped on
+        its path within the limits. Give the cell a home position in which the tool points into the cone.""",
+        Example(
+            program="WAIT 0.1\n",
+            cell=f"{_ROBOT}[orientation_cone]\naxis = [0, 0, -1]\nhalf_angle_deg = 30\n",
+        ),
+    ),
+    entry(
         "E490",
         "set point that is no number",
-        """A set point came out infinite or undefined and was held back: the drives never get one. Something
-        in the cell is so large that arithmetic overflows, such as a tool of astronomic length. If every
-        figure of the cell is plausible, please report the program.""",
-        Example(
-            program="MJ J1=10 F50 T1\n",
-            cell=f"{_ROBOT}[[tools]]\nindex = 1\nxyz = [1e300, 0, 0]\n",
-        ),
+        """A set point came out infinite or undefined and was held back: the drives never get one. No program
+        and no cell is known that leads there; the check is the last door before the drives. If you meet it,
+        please report the program and the cell.""",
     ),
 )
