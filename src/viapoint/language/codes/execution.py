@@ -93,7 +93,7 @@ corner_2 = [1500, 1000, 3500]
     entry(
         "E422",
         "robot touches itself",
-        """Two parts of the robot that are not neighbours touch: as it stands at the start, with a tool that it
+        """Two parts of the robot that are not neighbours touch: as it stands at the start, with a tool it
         picks up, or by what was added to its path while it ran. A moving robot is then stopped on its path
         within the limits. Correct the home position, the tool's capsule, or the radii of [body].""",
         Example(program="WAIT 0.1\n", cell='[robot]\nmodel = "frigeni6"\nhome = [0, -80, 0, 0, 0, 0]\n'),

@@ -140,7 +140,7 @@ ENTRIES: Final[tuple[Entry, ...]] = (
     entry(
         "E331",
         "path out of the safe zones",
-        """Where a cell has safe zones, every part of the robot that moves must stay inside of them, the links in
+        """Where a cell has safe zones, every part of the robot that moves must stay inside of them, links in
         their full thickness. Several safe zones are one room: a part may be in two of them at once where they
         overlap or adjoin. The message says which part leaves, where on the way, and how far. Keep the motion
         inside, or enlarge the zones.""",

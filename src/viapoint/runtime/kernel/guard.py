@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -17,13 +17,11 @@ from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.chebyshev import DEGREE
 from viapoint.runtime.kernel.failure import ExecutionError, PlanningError
 from viapoint.runtime.kernel.motion import Rows
+from viapoint.runtime.kernel.stretch import Stretch
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.path import Space
 from viapoint.runtime.records import Floats, Ints
 from viapoint.runtime.workspace import Crossing, Monitor, Rule, Sighting, Violation, Watch, grid
-
-if TYPE_CHECKING:
-    from viapoint.runtime.kernel.stretch import Stretch
 
 _PLANNED: Final = {Rule.FORBIDDEN: "E330", Rule.SAFE: "E331", Rule.SELF: "E332", Rule.CONE: "E333"}
 _RUNNING: Final = {Rule.FORBIDDEN: "E420", Rule.SAFE: "E421", Rule.SELF: "E422", Rule.CONE: "E423"}
