@@ -35,7 +35,7 @@ _HINTS: Final = {
 _STEEPEST: Final = np.arange(DEGREE + 1, dtype=np.float64) ** 2
 """Bounds |Tₖ'| on −1 … 1."""
 
-_DEPTH_SAMPLES: Final = 65
+_DEPTH_SAMPLES: Final = 513
 """Places looked at to say how deep a violation gets."""
 
 
