@@ -1,0 +1,153 @@
+"""How near to the fastest the robot runs its paths, what its ticks show, and what planning costs.
+
+The paths are programs (see `paths`), run as a whole session runs them: planned ahead piece by piece. Judged
+is the path from its start to its end, both at rest. The first table is for jerk limits of 10 /s times the
+acceleration limits. Its columns: blocks; duration (s); the duration of one law with everything known
+beforehand, as a ratio; largest ticks of speed, acceleration and jerk over their limits (1, 1 and 1.05 are
+allowed) and of path speed over the programmed one; ms of planning per block (median, p99, worst); ticks
+per second. The second one has jerk limits raised 1000-fold, against the bound by acceleration alone
+(TOPP-RA). The third one, for some paths, is against the local optimum of an NLP within the same limits.
+
+    python benchmarks/oracles.py [--quick]
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+import bounds
+import numpy as np
+import paths
+import probe
+from sections import Section, lay
+
+from viapoint.runtime.cell import parse_cell
+from viapoint.runtime.timing import TimeLaw, plan
+from viapoint.session import Session, compile_text
+
+USUAL, SHARP, FREE = 10.0, 50.0, 1e4
+"""1/s: jerk limits in units of acceleration limits."""
+
+BOUND_GOAL = 1.02
+WORST_GOAL, MEDIAN_GOAL = 1.06, 1.03
+SPACING, QUICK_SPACING = 0.003, 0.006
+"""s between the nodes of the NLP."""
+
+SECONDS = 60.0
+"""Time limit of one solve of it."""
+
+
+def section(program: paths.Program, jerk: float) -> Section:
+    return lay(program.text, parse_cell(paths.cell_text(jerk)))
+
+
+def whole(path: Section) -> TimeLaw:
+    """One law with everything known beforehand."""
+    return plan(path, path.limits, path.bound, s_start=path.begin, s_end=path.end, tick=path.tick)
+
+
+def run(program: paths.Program, jerk: float) -> tuple[probe.Cost, float]:
+    """The session of a program, and the duration of its path."""
+    cell = parse_cell(paths.cell_text(jerk))
+    cost = probe.run(Session(cell, compile_text(program.text, program.name, cell)))
+    blocks = [event for event in cost.session.events if event.kind == "block"]
+    return cost, float(blocks[-1].data["t_end"] or 0.0) - blocks[1].t
+
+
+def peaks(session: Session) -> str:
+    """Largest ticks over limits: speed, acceleration, jerk, programmed speed."""
+    kernel = session.kernel
+    limits = kernel.mover.limits
+    rows = zip(kernel.telemetry.peaks, (limits.speed, limits.acceleration, limits.jerk), strict=True)
+    ratios = [float((peak / limit).max()) for peak, limit in rows]
+    return " ".join(f"{r:6.3f}" for r in (*ratios, kernel.telemetry.programmed_speed_ratio))
+
+
+def first_table(programs: Sequence[paths.Program]) -> None:
+    print(
+        f"{'jerk = 10 /s x acceleration':36} {'blocks':>6} {'run s':>8} {'/whole':>7} {'speed':>6} {'acc':>6}"
+        f" {'jerk':>6} {'prog':>6} {'median':>7} {'p99':>7} {'worst':>7} {'ticks/s':>9}"
+    )
+    for program in programs:
+        law = whole(section(program, USUAL))
+        cost, duration = run(program, USUAL)
+        planned = cost.planned
+        times = " ".join(f"{planned.quantile(q):7.2f}" for q in (0.5, 0.99, 1.0))
+        print(
+            f"{program.name:36} {len(planned.blocks) - 1:6d} {duration:8.3f} {duration / law.duration:7.4f}"
+            f" {peaks(cost.session)} {times} {cost.ticks / cost.wall:9,.0f}",
+            flush=True,
+        )
+
+
+def second_table(programs: Sequence[paths.Program]) -> list[str]:
+    print(
+        f"\n{'jerk raised 1000-fold':36} {'run s':>8} {'whole s':>8} {'TOPP-RA':>8} {'run /':>7} {'whole /':>7}"
+    )
+    ratios, wholes = [], []
+    for program in programs:
+        path = section(program, FREE)
+        law = whole(path)
+        least = bounds.acceleration_bound(path, (law.s, law.t))
+        _, duration = run(program, FREE)
+        ratios.append(duration / least)
+        wholes.append(law.duration / least)
+        print(
+            f"{program.name:36} {duration:8.3f} {law.duration:8.3f} {least:8.3f}"
+            f" {ratios[-1]:7.4f} {wholes[-1]:7.4f}{'  missed' if ratios[-1] > BOUND_GOAL else ''}",
+            flush=True,
+        )
+    inside = sum(ratio <= BOUND_GOAL for ratio in ratios)
+    return [
+        f"run / TOPP-RA: {inside} of {len(ratios)} paths <= {BOUND_GOAL}, median {np.median(ratios):.4f},"
+        f" worst {max(ratios):.4f} (whole: median {np.median(wholes):.4f}, worst {max(wholes):.4f})"
+    ]
+
+
+def third_table(programs: Sequence[paths.Program], spacing: float) -> list[str]:
+    print(
+        f"\n{'jerk-limited optimum':36} {'jerk/acc':>8} {'run s':>8} {'whole s':>8} {'NLP s':>8} {'run /':>7} {'whole /':>7}"
+    )
+    verdicts = []
+    for jerk in (USUAL, SHARP):
+        ratios = []
+        for program in programs:
+            path = section(program, jerk)
+            law = whole(path)
+            best = bounds.optimum(path, (law.s, law.t), spacing, SECONDS)
+            _, duration = run(program, jerk)
+            if best.good:
+                ratios.append(duration / best.duration)
+            print(
+                f"{program.name:36} {jerk:8g} {duration:8.3f} {law.duration:8.3f} {best.duration:8.3f}"
+                f" {duration / best.duration:7.4f} {law.duration / best.duration:7.4f}"
+                f"{'' if best.good else '  not solved: ' + best.status}",
+                flush=True,
+            )
+        verdicts.append(
+            f"run / optimum at {jerk:g}: median {np.median(ratios):.4f} (goal {MEDIAN_GOAL}),"
+            f" worst {max(ratios):.4f} (goal {WORST_GOAL}), {len(ratios)} of {len(programs)} solved"
+        )
+    return verdicts
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--quick", action="store_true", help="fewer paths, a coarser optimum")
+    chosen = parser.parse_args(arguments)
+    programs = paths.programs()
+    judged = [program for program in programs if program.with_optimum]
+    first_table(judged if chosen.quick else programs)
+    verdicts = second_table(judged if chosen.quick else programs)
+    verdicts += third_table(
+        judged[:2] if chosen.quick else judged, QUICK_SPACING if chosen.quick else SPACING
+    )
+    print("\n" + "\n".join(verdicts))
+
+
+if __name__ == "__main__":
+    main()
