@@ -220,13 +220,11 @@ def test_planned_paths_are_clear_at_every_tick() -> None:
     rng = np.random.default_rng(seed)
     through = refused = 0
     for _ in range(12):
-        corners = [
-            np.array([rng.uniform(900, 1500), rng.uniform(-900, 900), rng.uniform(0, 2500)]) for _ in range(3)
-        ]
-        text = "".join(
-            zone("forbidden", c.tolist(), (c + rng.uniform(20, 300, 3)).tolist(), f"box{k}")
-            for k, c in enumerate(corners)
-        )
+        text = ""
+        for k in range(6):
+            turn, radius = rng.choice([-1, 1]) * rng.uniform(0.2, 1.1), rng.uniform(1300, 2000)
+            corner = np.array([radius * np.cos(turn), radius * np.sin(turn), rng.uniform(900, 2800)])
+            text += zone("forbidden", corner.tolist(), (corner + rng.uniform(20, 200, 3)).tolist(), f"box{k}")
         angles = rng.uniform([-60, -15, -25, -90, -90], [60, 30, 20, 90, 90], (3, 5)).round(2)
         moves = [" ".join(f"J{j + 1}={a}" for j, a in enumerate(row)) for row in angles]
         run = Run("".join(f"MJ {move} F100\n" for move in moves), text)
