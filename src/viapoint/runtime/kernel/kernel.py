@@ -68,6 +68,7 @@ class Kernel:
         self.failure: MotionError | None = None
         self.tool = 0
         self.trace = Trace(listener, cell.tick)
+        self._roomy: tuple[int, set[int]] = (-1, set())  # tools for which there is room, in that tick
         self._travelled = (0.0, 0.0)  # the place on the route asked for last, and the TCP length up to it, m
         self._buffer: MotionBuffer = MotionBuffer(cell.lookahead)
         q = np.asarray(cell.home, dtype=np.float64)
@@ -424,8 +425,13 @@ class Kernel:
 
     def _pick_up(self, tool: int, line: int) -> None:
         """From now on the robot has that tool. Raises ExecutionError where there is no room for it."""
-        if tool != self.tool and (failure := self.guard.standing(self.telemetry.joints, tool, line)):
-            raise failure
+        tick, roomy = self._roomy
+        if tick != self.tick:
+            self._roomy = self.tick, (roomy := {self.tool})
+        if tool not in roomy:
+            if failure := self.guard.standing(self.telemetry.joints, tool, line):
+                raise failure
+            roomy.add(tool)
         self.tool = tool
 
     def _fail(self, failure: MotionError | None) -> None:
