@@ -91,6 +91,7 @@ def test_the_first_failure_is_the_one_told(where: str) -> None:
     [
         ("MJ P1 F90\nL: GOTO L\n", "E401", 2),
         ("MJ P1 F90\nL: SET DO1\nRESET DO1\nGOTO L\n", "E401", None),
+        ("MJ P1 F90\nL: T 1\nT 2\nGOTO L\n", "E401", None),
         ("MJ P1 F90\nS: SUB S\nEND\n", "E402", 2),
         ("MJ P1 F90\nL: ML P1\nGOTO L\n", "E412", 2),
         ("MJ P1 F90\nL: ML P1\nMJ P1\nSET DO1\nGOTO L\n", "E412", None),
