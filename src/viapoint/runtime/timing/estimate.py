@@ -32,6 +32,9 @@ _REFINE_ABOVE: Final = (0.2, 0.4, 1.0, 1.5, 1.5, 1.5, 1.5, 1.5, 1.5)
 """Neighbouring speed limits that differ by more (natural logarithm) get a sample between them, round by
 round: at first for accuracy, then only where a singular pose is passed closely."""
 
+_FLANK: Final = 0.4
+"""Fall before and rise behind two neighbours (natural logarithm) that hide the bottom of a dip between."""
+
 _FINEST: Final = 0.004
 """s to pass from sample to sample at the slower one's speed: closer is finer than the knots will be."""
 
@@ -117,7 +120,9 @@ def _ceiling(
     straight = _straight(first, programmed)
     for above in _REFINE_ABOVE:
         with np.errstate(invalid="ignore"):
-            steep = np.abs(np.diff(np.log(ceiling))) > above
+            change = np.diff(np.log(ceiling))
+        steep = np.abs(change) > above
+        steep[1:-1] |= (change[:-2] < -_FLANK) & (change[2:] > _FLANK)
         steep &= np.diff(s) > _FINEST * np.minimum(ceiling[1:], ceiling[:-1])
         if not steep.any():
             break

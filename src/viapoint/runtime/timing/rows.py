@@ -105,12 +105,9 @@ def build(
     """
     lo, hi, above, below = _acceleration(spline, first, second, limits)
     left, right = _jerk(spline, first, second, third, in_jerk * JERK_PART)
-    axis_speed = _axis_speed(spline, first, second, limits)
-    inverse_max = (np.maximum(axis_speed.max(axis=0, initial=0.0), 1.0 / programmed) / SPEED_PART) ** 2
-    with np.errstate(divide="ignore"):
-        knot_max = 1.0 / np.maximum(
-            np.append(inverse_max[:1], inverse_max), np.append(inverse_max, inverse_max[-1:])
-        )
+    ends, middle = _axis_speed(spline, first, second, limits)
+    axis_speed = np.maximum(np.maximum(ends[:, 1:], ends[:, :-1]), middle)
+    inverse_max, knot_max = _speed(ends.max(axis=0, initial=0.0), middle.max(axis=0, initial=0.0), programmed)
     _bound_rest(spline, first, in_jerk * JERK_PART, inverse_max)
     if spline.fixed:
         inverse_max[: spline.fixed] = 0.0
@@ -174,11 +171,26 @@ def _jerk(
     return left, right
 
 
-def _axis_speed(spline: Spline, first: Floats, second: Floats, limits: AxisLimits) -> Floats:
-    """Largest |q′| over the limit (m, n): at both ends of the pieces and in the middle."""
+def _axis_speed(spline: Spline, first: Floats, second: Floats, limits: AxisLimits) -> tuple[Floats, Floats]:
+    """|q′| over the limit: at the knots (m, n+1) and in the middle of the pieces (m, n)."""
     middle = 0.5 * (first[1:] + first[:-1]) - 0.125 * spline.width[:, None] * np.diff(second, axis=0)
-    ends = np.abs(first)
-    return _by_axis(np.maximum(np.maximum(ends[1:], ends[:-1]), np.abs(middle)) / limits.speed)
+    return _by_axis(np.abs(first) / limits.speed), _by_axis(np.abs(middle) / limits.speed)
+
+
+def _speed(ends: Floats, middle: Floats, programmed: Floats) -> tuple[Floats, Floats]:
+    """1/bound (n,) of c and bound (n+1,) of x at the knots, from the axes' speeds over their limits at ṡ = 1.
+
+    Where the bound of x varies over a piece, x follows it if its knots are on it and c where the parabola
+    through both ends and the middle has its control point; never below the smallest of the three.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x, x_middle = 1.0 / ends**2, 1.0 / middle**2
+        three = np.stack((x[:-1], x_middle, x[1:]))
+        low = three.min(axis=0)
+        c = np.fmax(np.minimum(2.0 * x_middle - 0.5 * (x[:-1] + x[1:]), three.max(axis=0)), low)
+    inverse_max = np.maximum(1.0 / c, 1.0 / programmed**2) / SPEED_PART**2
+    beside = np.minimum(np.append(programmed[:1], programmed), np.append(programmed, programmed[-1:]))
+    return inverse_max, np.minimum(x, beside**2) * SPEED_PART**2
 
 
 def _bound_rest(spline: Spline, first: Floats, jerk: Floats, inverse_max: Floats) -> None:

@@ -32,7 +32,7 @@ _ROUGHLY: Final = 5e-2
 _FINALLY: Final = 3e-3
 """Duality gap, of the duration: a first solve only finds √x at the ends of pieces for the second."""
 
-_PASSES: Final = 8
+_PASSES: Final = 12
 _ITERATIONS: Final = 40
 _GAP_OF_SENSE: Final = 0.2
 _VIOLATION_OF_SENSE: Final = 0.05
