@@ -31,8 +31,8 @@ _STILL: Final = 1e-7
 class Body:
     """Capsules of the robot with one tool: names, radii (P,) m; `moving` of them a joint can move.
 
-    `reach` (n,), m per rad: no point of the wire frame moves farther than Σ reach·|Δq|, nor, seen from any
-    link, any point of another. `pairs` (C, 2) are the capsules that may not meet each other.
+    In m per rad (per m of a slide): no point of capsule p moves farther than Σ `part_pace[p]`·|Δq|, and no
+    point of one of pair c, seen from the other, farther than Σ `pair_pace[c]`·|Δq|. `pace` bounds them all.
     """
 
     robot: Robot
@@ -42,7 +42,9 @@ class Body:
     radius: Floats
     moving: Ints
     pairs: Ints
-    reach: Floats
+    part_pace: Floats
+    pair_pace: Floats
+    pace: Floats
 
     @property
     def thinnest(self) -> float:
@@ -62,26 +64,32 @@ def body_of(cell: Cell, tool: int) -> Body:
     tip, thickness = held.X_flange_tool[:3, 3], 0.0
     if held.capsule is not None:
         tip, thickness = held.capsule.to, held.capsule.radius
-    moved, length = _motion(robot, tip)
+    probed = _probe(robot, tip)
+    length = np.asarray(np.linalg.norm(np.diff(probed[:, 0], axis=-2), axis=-1).max(axis=0))
     links = len(length) - 1
-    has_body = robot.body_radius is not None
     radii = np.zeros(links) if robot.body_radius is None else robot.body_radius[:links]
     radius = np.append(np.pad(radii, (0, links - len(radii))), thickness)
-    moves = np.asarray((moved > _STILL).any(axis=1))
     present = np.append(np.ones(links, dtype=np.bool_), float(length[-1]) > 0.0 or thickness > 0.0)
+    point_pace = _point_pace(robot, probed, length)
+    part_pace = np.maximum(point_pace[:-1], point_pace[1:])
+    pairs = _pairs(length, radius, present)
+    if robot.body_radius is None:
+        pairs = pairs[:0]
     return Body(
         robot=robot,
         tool_point=tip,
         names=(*(f"link {k + 1}" for k in range(links)), "the tool"),
         radius=radius,
-        moving=np.flatnonzero((moves[:-1] | moves[1:]) & present),
-        pairs=_pairs(length, radius, present) if has_body else np.empty((0, 2), dtype=np.int64),
-        reach=_reach(robot, moved, length),
+        moving=np.flatnonzero((part_pace > _STILL).any(axis=1) & present),
+        pairs=pairs,
+        part_pace=part_pace,
+        pair_pace=_pair_pace(probed, pairs, part_pace),
+        pace=np.asarray(part_pace.max(axis=0)),
     )
 
 
-def _motion(robot: Robot, tip: Floats) -> tuple[Floats, Floats]:
-    """Largest speeds (K, n) of the frame's points per joint speed, and lengths (K − 1,) of its links."""
+def _probe(robot: Robot, tip: Floats) -> Floats:
+    """Points (S, 1 + n, K, 3) of the frame at probes of the joints, and with each joint moved by a step."""
     lower, upper = robot.limits.lower, robot.limits.upper
     n = robot.joint_count
     spread = np.sqrt(np.arange(2.0, 2.0 + n))  # multiples of irrational numbers fill the ranges evenly
@@ -89,24 +97,36 @@ def _motion(robot: Robot, tip: Floats) -> tuple[Floats, Floats]:
     near = np.concatenate((q[:, None], q[:, None] + _PROBE_STEP * np.eye(n)), axis=1)
     X = robot.fk(near)
     end = X[..., :3, 3] + X[..., :3, :3] @ tip
-    points = np.concatenate((robot.link_points(near), end[..., None, :]), axis=-2)
-    speeds = np.linalg.norm(points[:, 1:] - points[:, :1], axis=-1) / _PROBE_STEP
-    lengths = np.linalg.norm(np.diff(points[:, 0], axis=-2), axis=-1)
-    return speeds.max(axis=0).T, lengths.max(axis=0)
+    points: Floats = np.concatenate((robot.link_points(near), end[..., None, :]), axis=-2)
+    return points
 
 
-def _reach(robot: Robot, moved: Floats, length: Floats) -> Floats:
-    """Bound (n,) on the speed of any point: the length of the chain a joint moves, stretched out.
+def _point_pace(robot: Robot, probed: Floats, length: Floats) -> Floats:
+    """Bound (K, n) on the speeds of the points: the chain from the joint to the point, stretched out.
 
-    The last point that a joint leaves in place lies on its axis, in every family; that the speeds seen are
-    never above the chain's is taken care of all the same.
+    The last point that a joint leaves in place lies on its axis, in every family; that no speed seen is
+    above the bound is taken care of all the same.
     """
-    reach = np.asarray(moved.max(axis=0))
-    for joint in np.flatnonzero(~robot.prismatic).tolist():
-        first = int(np.argmax(moved[:, joint] > _STILL))
-        if moved[first, joint] > _STILL:
-            reach[joint] = max(reach[joint], float(length[max(first - 1, 0) :].sum()))
-    return reach
+    seen = np.linalg.norm(probed[:, 1:] - probed[:, :1], axis=-1).max(axis=0).T / _PROBE_STEP
+    pace = np.where(seen > _STILL, seen, 0.0)
+    chain = np.concatenate(([0.0], np.cumsum(length)))
+    for joint in np.flatnonzero(~robot.prismatic & pace.any(axis=0)).tolist():
+        first = int(np.argmax(pace[:, joint] > 0.0))
+        stretched = chain - chain[max(first - 1, 0)]
+        pace[first:, joint] = np.maximum(pace[first:, joint], stretched[first:])
+    return pace
+
+
+def _pair_pace(probed: Floats, pairs: Ints, part_pace: Floats) -> Floats:
+    """Bound (C, n) on the speed of the outer capsule of each pair, seen from the inner one.
+
+    A joint that changes no distance between their ends does not change how the two lie to each other.
+    """
+    ends = np.stack((pairs, pairs + 1), axis=-1)  # (C, 2, 2): pair, inner or outer, its ends
+    inner, outer = probed[:, :, ends[:, 0]], probed[:, :, ends[:, 1]]  # (S, 1 + n, C, 2, 3)
+    between = np.linalg.norm(inner[..., :, None, :] - outer[..., None, :, :], axis=-1)
+    change = np.abs(between[:, 1:] - between[:, :1]).max(axis=(0, 3, 4), initial=0.0).T / _PROBE_STEP
+    return np.where(change > _STILL, part_pace[pairs[:, 1]], 0.0)
 
 
 def _pairs(length: Floats, radius: Floats, present: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> Ints:

@@ -23,7 +23,7 @@ is meant is so small."""
 _SPECK: Final = 1e-12
 """m². Pieces of faces smaller than this are left over by rounding."""
 
-_AMPLE: Final = 0.02
+_AMPLE: Final = 0.05
 """m. With so much to spare, a cheap bound on the clearance is good enough."""
 
 
@@ -44,9 +44,17 @@ class Boxes:
         result: Floats = np.einsum("...zi,zij->...zj", points[..., None, :] - self.centre, self.R_base_box)
         return result
 
-    def distance(self, start: Floats, end: Floats) -> Floats:
-        """Signed distance (..., Z) of segments (..., 3) from every box."""
-        return segment_box(self.local(start), self.local(end), self.half)
+    def clearance(self, start: Floats, end: Floats, radius: Floats) -> Floats:
+        """Signed distance (..., Z) of capsules (..., 3), (..., 3), (...) from every box.
+
+        Far away the value may be too small: then it is that of the cuboid in which the axis is the diagonal.
+        """
+        a, b = self.local(start), self.local(end)
+        least = np.maximum(np.minimum(a, b), -np.maximum(a, b)) - self.half
+        gaps = np.asarray(np.linalg.norm(np.maximum(least, 0.0), axis=-1)) - radius[..., None]
+        near = np.nonzero(gaps < _AMPLE)
+        gaps[near] = segment_box(a[near], b[near], self.half[near[-1]]) - radius[near[:-1]]
+        return gaps
 
     def of_point(self, point: Floats) -> Floats:
         """Signed distance (..., Z) of points (..., 3) from every box."""

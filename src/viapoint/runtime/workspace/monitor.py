@@ -25,6 +25,9 @@ TOUCH: Final = 1e-7
 _CONE_RADIUS: Final = 0.5
 """m per rad: an angle is counted as the way of a point so far from its vertex."""
 
+_SLOWEST: Final = 1e3
+"""Scales are no larger than this; a clearance that nothing changes stays a number."""
+
 _UNLIMITED: Final = 1e9
 """m: the clearance of a robot without rules."""
 
@@ -94,6 +97,7 @@ class Monitor:
         self._exclusive = boxes_of(cell, "exclusive")
         self._cone = cell.orientation_cone
         self._bodies: dict[int, Body] = {}
+        self._scales: dict[int, Floats] = {}
         self._terms: dict[int, tuple[_Term, ...]] = {}
         self.exclusive_zones = self._exclusive.names
         has_body = cell.robot.body_radius is not None and bool((cell.robot.body_radius > 0.0).any())
@@ -107,10 +111,36 @@ class Monitor:
 
     def pace(self, tool: int) -> Floats:
         """(n,) m per rad: clearances change by no more than Σ pace·|Δq|."""
-        reach = self.body(tool).reach
-        if self._cone is None:
-            return reach
-        return np.maximum(reach, np.where(self._cell.robot.prismatic, 0.0, _CONE_RADIUS))
+        pace = self.body(tool).pace
+        return pace if self._cone is None else np.maximum(pace, self._turning)
+
+    @property
+    def _turning(self) -> Floats:
+        """(n,) m per rad: how the way that stands for the tool's angle grows with the joints."""
+        return np.where(self._cell.robot.prismatic, 0.0, _CONE_RADIUS)
+
+    def room(self, clearances: Floats, tool: int) -> Floats:
+        """(N, K) → (N,) m: Σ pace·|Δq| for which none of the clearances can be used up."""
+        if tool not in self._scales:
+            self._scales[tool] = self._scale(tool)
+        least: Floats = (clearances * self._scales[tool]).min(axis=1)
+        return least
+
+    def _scale(self, tool: int) -> Floats:
+        """(K,) how many times slower than the pace each clearance can change, at least."""
+        body = self.body(tool)
+        parts = body.part_pace[body.moving]
+        own = [
+            np.repeat(parts, len(self._forbidden), axis=0),
+            parts if len(self._safe.boxes) else parts[:0],
+            body.pair_pace,
+            *((self._turning[None],) if self._cone is not None else ()),
+        ]
+        paces = np.concatenate(own)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratios = np.where(paces > 0.0, self.pace(tool) / paces, np.inf)
+        scale = np.minimum(ratios.min(axis=1), _SLOWEST)
+        return scale if len(scale) else np.ones(1)
 
     def tcp(self, q: Floats, tool: int) -> Floats:
         """TCP position (3,) in the base at joints (n,)."""
@@ -128,7 +158,8 @@ class Monitor:
         moving = body.moving
         columns = []
         if len(self._forbidden):
-            gaps = self._forbidden.distance(start[:, moving], end[:, moving]) - body.radius[moving, None]
+            radius = np.broadcast_to(body.radius[moving], (len(joints), len(moving)))
+            gaps = self._forbidden.clearance(start[:, moving], end[:, moving], radius)
             columns.append(gaps.reshape(len(joints), -1))
         if len(self._safe.boxes):
             radius = np.tile(body.radius[moving], len(joints))
@@ -148,8 +179,8 @@ class Monitor:
         """Clearance (N, E) of the nearest part from every exclusive zone."""
         if not len(self._exclusive):
             return np.empty((len(start), 0))
-        gaps = self._exclusive.distance(start, end) - body.radius[body.moving, None]
-        nearest: Floats = gaps.min(axis=1)
+        radius = np.broadcast_to(body.radius[body.moving], start.shape[:2])
+        nearest: Floats = self._exclusive.clearance(start, end, radius).min(axis=1)
         return nearest
 
     def _within_cone(self, X_base_flange: Floats, tool: int) -> Floats:

@@ -101,7 +101,7 @@ class Watch:
             return _NOTHING
         self._search = _Search(self._monitor, travel, joints, tool, self._room)
         self._search.run(self._width)
-        self._width = max(self._search.narrowest(), _LEAST_CLEARANCE)
+        self._width = max(self._search.usual(), _LEAST_CLEARANCE)
         return Sighting(self._search.violation, self._search.crossings(self._inside))
 
     def advance(self, row: int) -> None:
@@ -152,7 +152,8 @@ class _Search:
             self._end = int(rows[first])
             found = self._monitor.violation(clearances, first, self._tool)
             self.violation = replace(found, row=self._end)
-        radius = np.minimum(least, np.abs(exclusive).min(axis=1, initial=np.inf))
+        radius = self._monitor.room(clearances, self._tool)
+        radius = np.minimum(radius, np.abs(exclusive).min(axis=1, initial=np.inf))
         rows = np.concatenate((self._rows, rows))
         order = np.argsort(rows, kind="stable")
         self._rows = rows[order]
@@ -196,6 +197,6 @@ class _Search:
         left = self._radius - np.abs(self._travel[row] - self._travel[self._rows])
         return float(left.max(initial=0.0))
 
-    def narrowest(self) -> float:
-        """The least clearance seen."""
-        return float(self._radius.min(initial=np.inf))
+    def usual(self) -> float:
+        """The middle one of the clearances seen."""
+        return float(np.median(self._radius))
