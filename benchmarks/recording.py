@@ -127,6 +127,7 @@ def windows(size: int = 512) -> list[Window]:
                 buffer_fill=count,
                 joints=joints,
                 actual=joints,
+                auxiliary=np.zeros((size, 0)),
                 position=joints[:, :3],
                 quaternion=np.tile([1.0, 0, 0, 0], (size, 1)),
             )

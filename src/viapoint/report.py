@@ -8,7 +8,7 @@ import numpy as np
 
 from viapoint.language.units import DEG, MM
 from viapoint.runtime.cell import Cell
-from viapoint.runtime.kernel import ratios
+from viapoint.runtime.kernel import AuxiliaryAxes, ratios
 from viapoint.runtime.records import Event
 from viapoint.runtime.rotations import matrix_to_abc
 from viapoint.session import Session
@@ -51,7 +51,7 @@ def event_data(event: Event) -> dict[str, Any]:
 
 
 def limits_report(session: Session) -> dict[str, Any]:
-    """Peak ÷ limit: a list per joint, one number each for the path."""
+    """Peak ÷ limit: a list per joint, one number each for the path, a list per auxiliary axis."""
     kernel, cell = session.kernel, session.cell
     joints, path = cell.robot.limits, cell.path_limits
     n = cell.robot.joint_count
@@ -60,13 +60,18 @@ def limits_report(session: Session) -> dict[str, Any]:
         "joint_speed": ratios(speed[:n], joints.speed),
         "joint_acceleration": ratios(acceleration[:n], joints.acceleration),
         "joint_jerk": ratios(jerk[:n], joints.jerk),
-        "path_speed": max(speed[n] / path.speed, speed[n + 1] / path.angular_speed),
+        "path_speed": max(speed[-2] / path.speed, speed[-1] / path.angular_speed),
         "path_acceleration": max(
-            acceleration[n] / path.acceleration, acceleration[n + 1] / path.angular_acceleration
+            acceleration[-2] / path.acceleration, acceleration[-1] / path.angular_acceleration
         ),
-        "path_jerk": max(jerk[n] / path.jerk, jerk[n + 1] / path.angular_jerk),
+        "path_jerk": max(jerk[-2] / path.jerk, jerk[-1] / path.angular_jerk),
         "programmed_speed": kernel.telemetry.programmed_speed_ratio,
     }
+    if cell.auxiliary_axes:
+        limits = AuxiliaryAxes.of(cell).limits
+        result["auxiliary_speed"] = ratios(speed[n:-2], limits.speed)
+        result["auxiliary_acceleration"] = ratios(acceleration[n:-2], limits.acceleration)
+        result["auxiliary_jerk"] = ratios(jerk[n:-2], limits.jerk)
     return {
         key: [round(v, _RATIO_DIGITS) for v in value]
         if isinstance(value, list)
@@ -84,7 +89,9 @@ def _final(session: Session) -> dict[str, Any]:
     return {
         "joints_deg": [round(float(v), 9) + 0.0 for v in joints_in_degrees(cell, q)],
         "tcp": {name: round(float(v), 9) + 0.0 for name, v in zip("xyzabc", [*position, *abc], strict=True)},
-        "auxiliary": [],
+        "auxiliary": [
+            round(float(v), 9) + 0.0 for v in kernel.telemetry.auxiliary / AuxiliaryAxes.of(cell).units
+        ],
     }
 
 

@@ -61,13 +61,14 @@ def export(chosen: Namespace) -> int:
 
     keep_inputs(chosen.output, chosen.file)
     recording = _recording(chosen.file)
+    info = recording.info
     if str(chosen.output) == "-":
-        write_csv(recording.trace, recording.info.axes, sys.stdout)
+        write_csv(recording.trace, info.axes, sys.stdout, info.auxiliary)
         return 0
     try:
         chosen.output.parent.mkdir(parents=True, exist_ok=True)
         with chosen.output.open("w", encoding="utf-8", newline="") as out:
-            rows = write_csv(recording.trace, recording.info.axes, out)
+            rows = write_csv(recording.trace, info.axes, out, info.auxiliary)
     except OSError as error:
         raise Refusal(f"cannot write {chosen.output}: {error.strerror or error}") from error
     note(f"table: {chosen.output}, {rows} rows")

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from viapoint.runtime.path import Piece
     from viapoint.runtime.recording import Recorder, RunInfo
     from viapoint.runtime.records import Event, Floats, Window
+    from viapoint.runtime.robots import JointLimits
     from viapoint.session import Listener, Loaded, Session
 
 # Options that change what a run does; a recording names these and no others, so that the same run
@@ -247,21 +248,23 @@ def _recorder(chosen: Namespace, cell: Cell, loaded: Loaded) -> Recorder:
 
 def _run_info(chosen: Namespace, cell: Cell, loaded: Loaded) -> RunInfo:
     from viapoint.cli.version import versions
+    from viapoint.runtime.kernel import AuxiliaryAxes
     from viapoint.runtime.recording import PRISMATIC, REVOLUTE, Axis, RunInfo
 
-    limits = cell.robot.limits
-    axes = tuple(
-        Axis(
-            name=f"J{i + 1}",
-            kind=PRISMATIC if cell.robot.prismatic[i] else REVOLUTE,
+    def axis(name: str, prismatic: bool, limits: JointLimits, i: int) -> Axis:
+        return Axis(
+            name=name,
+            kind=PRISMATIC if prismatic else REVOLUTE,
             lower=float(limits.lower[i]),
             upper=float(limits.upper[i]),
             speed=float(limits.speed[i]),
             acceleration=float(limits.acceleration[i]),
             jerk=float(limits.jerk[i]),
         )
-        for i in range(cell.robot.joint_count)
-    )
+
+    others = AuxiliaryAxes.of(cell)
+    joints = enumerate(cell.robot.prismatic.tolist())
+    axes = tuple(axis(f"J{i + 1}", prismatic, cell.robot.limits, i) for i, prismatic in joints)
     scenario: Path | None = chosen.scenario
     text = scenario.read_text(encoding="utf-8") if scenario is not None else None
     return RunInfo(
@@ -273,6 +276,9 @@ def _run_info(chosen: Namespace, cell: Cell, loaded: Loaded) -> RunInfo:
         robot=cell.robot.name,
         tick_s=cell.tick,
         axes=axes,
+        auxiliary=tuple(
+            axis(others.name(i), other.prismatic, others.limits, i) for i, other in enumerate(others.axes)
+        ),
         path_speed=cell.path_limits.speed,
         seed=_seed(text),
         command_line=_command_line(chosen),

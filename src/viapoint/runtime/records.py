@@ -35,6 +35,7 @@ class Window:
     buffer_fill: Ints  # (N,) entries in the motion buffer
     joints: Floats  # (N, n) rad or m, set points as sent
     actual: Floats  # (N, n) rad or m, as the drives report
+    auxiliary: Floats  # (N, k) rad or m, set points of the auxiliary axes in the order of their numbers
     position: Floats  # (N, 3) m, TCP
     quaternion: Floats  # (N, 4) w x y z
 

@@ -75,6 +75,7 @@ def synthetic(ticks: int = 2500, *, slower: float = 1.0, tick_s: float = 0.001) 
         buffer_fill=np.where(time < half, 3, 1),
         joints=joints,
         actual=joints.copy(),
+        auxiliary=np.zeros((len(joints), 0)),
         position=position,
         quaternion=np.tile([1.0, 0.0, 0.0, 0.0], (ticks + 1, 1)),
     )

@@ -75,6 +75,18 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         program H and a target elsewhere on it.""",
         "HOME F50\nMC X=1755 Y=200 Z=2660 QX=1755 QY=100 QZ=2660 F100\n",
     ),
+    entry(
+        "E307",
+        "auxiliary axis leaves its range",
+        """An auxiliary axis E would move beyond the range that the cell gives it, by the value of the
+        statement, of the point, or, on a spline that swings, between them. Correct the value, or the
+        range.""",
+        Example(
+            program="ML X=1700 E1=3500 F100\n",
+            cell=f"{_ROBOT}[auxiliary_axes.E1]\nkind = 'linear'\nrange = [0, 3000]\nspeed = 500\n"
+            "acceleration = 1000\n",
+        ),
+    ),
     _elsewhere(
         "E310",
         "point not in this cell",
@@ -112,6 +124,12 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "joint the robot does not have",
         "A J parameter names a joint beyond the robot's last one. Leave it out.",
         "MJ J7=10 F50\n",
+    ),
+    _elsewhere(
+        "E316",
+        "auxiliary axis not in this cell",
+        "An E parameter names an auxiliary axis that the cell does not have. Add it there, or leave it out.",
+        "ML X=1700 E1=100 F100\n",
     ),
     entry(
         "E320",

@@ -154,6 +154,12 @@ def build_auxiliary(check: Checker, file: CellFile) -> dict[int, AuxiliaryAxis]:
             continue
         if section.range[0] >= section.range[1]:
             check.fault(Fault.CONTRADICTION, (*key, "range"), f"the range of {name} is empty")
+        if section.carries_robot and section.kind != "linear":
+            check.fault(
+                Fault.CONTRADICTION, (*key, "carries_robot"), f"{name} is not linear: it cannot carry"
+            )
+        elif section.carries_robot and any(axis.carries_robot for axis in axes.values()):
+            check.fault(Fault.CONTRADICTION, (*key, "carries_robot"), "only one axis can carry the robot")
         axes[int(found[1])] = _auxiliary_axis(int(found[1]), section)
     return axes
 

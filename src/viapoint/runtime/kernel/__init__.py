@@ -1,5 +1,6 @@
 """The motion kernel: motion buffer, planner, clock, generator. Everything that has a state while running."""
 
+from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.dialogue import Interpreter
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError, PlanningError
 from viapoint.runtime.kernel.kernel import Kernel
@@ -8,6 +9,7 @@ from viapoint.runtime.kernel.planner import Corner
 from viapoint.runtime.kernel.states import State
 
 __all__ = [
+    "AuxiliaryAxes",
     "Corner",
     "ExecutionError",
     "Interpreter",

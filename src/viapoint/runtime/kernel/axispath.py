@@ -16,6 +16,7 @@ import numpy as np
 
 from viapoint.language.units import DEG
 from viapoint.runtime.kernel import chebyshev
+from viapoint.runtime.kernel.auxiliary import NO_AXES, AuxiliaryAxes
 from viapoint.runtime.kernel.chebyshev import Cells
 from viapoint.runtime.kernel.failure import JointJump, PlanningError
 from viapoint.runtime.kernel.sampling import Cell as _Cell
@@ -87,18 +88,22 @@ Compiled = list[_Fitted]
 class AxisPath:
     """Axis functions of the path, growing piece by piece; the parameter s runs on from piece to piece.
 
-    Columns: the robot's n joints; TCP length (m) and TCP angle (rad) as far as path limits apply to
-    them (not along joint moves); both again as travelled.
+    Columns: the robot's n joints; k auxiliary axes; TCP length (m) and TCP angle (rad) as far as path
+    limits apply to them (not along joint moves); both again as travelled.
     """
 
-    def __init__(self, robot: Robot, q_start: Floats) -> None:
+    def __init__(self, robot: Robot, q_start: Floats, auxiliary: AuxiliaryAxes = NO_AXES) -> None:
         self.robot = robot
         self.n = len(q_start)
+        self.driven = self.n + len(auxiliary)
         self.length = 0.0
         self.inspect: Callable[[Stretch, Floats, Floats], None] | None = None
         """Told of every stretch before it is path, with its cells' widths and coefficients; may refuse it."""
-        self._cells = Cells(self.n + 4)
-        self._last = np.concatenate((q_start, np.zeros(4)))
+        self._auxiliary = auxiliary
+        self._lower = np.concatenate((robot.limits.lower, auxiliary.limits.lower))
+        self._upper = np.concatenate((robot.limits.upper, auxiliary.limits.upper))
+        self._cells = Cells(self.driven + 4)
+        self._last = np.concatenate((q_start, auxiliary.start, np.zeros(4)))
 
     @property
     def q_end(self) -> Floats:
@@ -108,7 +113,7 @@ class AxisPath:
     @property
     def travelled(self) -> float:
         """TCP length at the end, m."""
-        return float(self._last[self.n + 2])
+        return float(self._last[-2])
 
     def compile(self, stretches: Sequence[Stretch], configuration: int) -> list[Compiled]:
         """Cells of finished pieces that follow each other in one configuration, in one batch.
@@ -154,23 +159,23 @@ class AxisPath:
         self._last = last
 
     def values(self, s: Floats) -> Floats:
-        """Limited axes (N, n + 2) at s (N,)."""
-        return self.everything(s)[:, : self.n + 2]
+        """Limited axes (N, n + k + 2) at s (N,)."""
+        return self.everything(s)[:, :-2]
 
     def derivatives(self, s: Floats) -> tuple[Floats, Floats, Floats]:
-        """First, second and third derivatives of the limited axes, each (N, n + 2)."""
-        first, second, third = (d[:, : self.n + 2] for d in self._cells.evaluate(s, (1, 2, 3)))
+        """First, second and third derivatives of the limited axes, each (N, n + k + 2)."""
+        first, second, third = (d[:, :-2] for d in self._cells.evaluate(s, (1, 2, 3)))
         return first, second, third
 
     def everything(self, s: Floats) -> Floats:
-        """All columns (N, n + 4) at s (N,): what the generator sends and reports."""
+        """All columns (N, n + k + 4) at s (N,): what the generator sends and reports."""
         if self.length == 0.0:  # no path yet: the robot stands
             return np.tile(self._last, (len(s), 1))
         return self._cells.evaluate(s)[0]
 
     def rates(self, s: Floats) -> Floats:
         """TCP length and angle per path parameter, (N, 2)."""
-        return self._cells.evaluate(s, (1,))[0][:, self.n + 2 :]
+        return self._cells.evaluate(s, (1,))[0][:, -2:]
 
     def forget(self, s: float) -> None:
         """Drop what lies wholly before s: the robot will not come back there."""
@@ -202,9 +207,9 @@ class AxisPath:
         return done
 
     def _converged(self, values: Floats, coeffs: Floats, tolerance: float = JOINT_TOLERANCE) -> Bools:
-        n = self.n
+        n = self.driven
         error = chebyshev.residual(coeffs)
-        step = np.abs(np.diff(values[:, :, :n], axis=1)).max(axis=(1, 2))
+        step = np.abs(np.diff(values[:, :, : self.n], axis=1)).max(axis=(1, 2))
         joints = error[:, :n].max(axis=1) < tolerance
         good: Bools = joints & (error[:, n:].max(axis=1) < _LENGTH_TOLERANCE) & (step < _LARGEST_STEP)
         return good
@@ -245,7 +250,7 @@ class AxisPath:
             turned = stretch.curve.space is Space.JOINT and turns.any()  # its joints are meant as they are
             if turned or np.abs(gap).max() > _JOIN_GAP:
                 raise self._jump(stretch, 0.0 if number == 0 else cell.place(0))
-            shift = np.concatenate((turns, last[n:]))
+            shift = np.concatenate((turns, np.zeros(self.driven - n), last[self.driven :]))
             moved = cell.coefficients.copy()
             moved[0] += shift
             if number == 0 and np.abs(gap).max() > _GAP_TO_CLOSE:  # closed along the cell
@@ -257,16 +262,17 @@ class AxisPath:
         return np.stack(chained), last
 
     def _check_range(self, stretch: Stretch, cell: _Fitted, values: Floats) -> None:
-        q = values[:, : self.n]
-        limits = self.robot.limits
-        over = np.maximum(q - limits.upper, limits.lower - q)
+        driven = values[:, : self.driven]
+        over = np.maximum(driven - self._upper, self._lower - driven)
         if over.max() <= _RANGE_SLACK:
             return
         node, joint = np.unravel_index(int(np.argmax(over > _RANGE_SLACK)), over.shape)
+        if joint >= self.n:
+            raise self._auxiliary.out_of_range(int(joint) - self.n, float(driven[node, joint]), stretch.line)
         raise PlanningError(
             "E303",
-            f"J{joint + 1} would leave its range {limits.lower[joint] / DEG:g}…"
-            f"{limits.upper[joint] / DEG:g} deg after {cell.place(int(node)) / stretch.length:.0%} of this "
+            f"J{joint + 1} would leave its range {self._lower[joint] / DEG:g}…"
+            f"{self._upper[joint] / DEG:g} deg after {cell.place(int(node)) / stretch.length:.0%} of this "
             "stretch of path",
             stretch.line,
             "start the motion in another configuration, or go part of the way with MJ",

@@ -130,7 +130,7 @@ class _Course:
 
     def lengths(self, travel: float) -> tuple[float, float]:
         """TCP length from the start of the stretch to a place, and of the whole stretch; m."""
-        values = self._values(np.array([0.0, travel, self.travel]))[:, self._n + 2]
+        values = self._values(np.array([0.0, travel, self.travel]))[:, -2]
         return float(values[1] - values[0]), float(values[2] - values[0])
 
     def share(self, travel: float) -> float:

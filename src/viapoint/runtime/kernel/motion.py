@@ -11,11 +11,13 @@ from __future__ import annotations
 import bisect
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
 
 from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.failure import PlanningError
 from viapoint.runtime.kernel.route import Route
 from viapoint.runtime.records import Floats
@@ -55,7 +57,7 @@ _STILL: Final = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Rows:
-    """Ticks of a moving path: s (N,), its axis functions (N, n + 4), and whether the last one is at rest."""
+    """Ticks of a moving path: s (N,), axis functions (N, n + k + 4), and whether the last one is at rest."""
 
     s: Floats
     columns: Floats
@@ -76,12 +78,14 @@ class Mover:
         self.override = override
         self._route = route
         self._tick = cell.tick
-        limits, path = cell.robot.limits, cell.path_limits
+        self._auxiliary = AuxiliaryAxes.of(cell)
+        joints, others, path = cell.robot.limits, self._auxiliary.limits, cell.path_limits
+        acceleration = np.append(joints.acceleration, others.acceleration)
         self.limits = AxisLimits(
-            speed=np.append(limits.speed, (path.speed, path.angular_speed)),
-            acceleration=np.append(limits.acceleration, (path.acceleration, path.angular_acceleration)),
-            jerk=np.append(limits.jerk, (path.jerk, path.angular_jerk)),
-            deceleration=np.append(limits.acceleration, (path.deceleration, path.angular_acceleration)),
+            speed=np.concatenate((joints.speed, others.speed, (path.speed, path.angular_speed))),
+            acceleration=np.append(acceleration, (path.acceleration, path.angular_acceleration)),
+            jerk=np.concatenate((joints.jerk, others.jerk, (path.jerk, path.angular_jerk))),
+            deceleration=np.append(acceleration, (path.deceleration, path.angular_acceleration)),
         )
         self._path = path
         self._slowing_until = -np.inf  # r up to which a higher override still holds, while slowing down
@@ -108,11 +112,12 @@ class Mover:
         if end <= begin:
             return False
         self.direction, self._slowing_until = direction, -np.inf
+        curve = self._curve(end)
         try:
             self.law = plan(
-                self._curve(end),
+                curve,
                 self.limits,
-                self._speed_bound,
+                partial(self._speed_bound, curve),
                 s_start=begin,
                 s_end=end,
                 tick=self._tick,
@@ -145,10 +150,10 @@ class Mover:
         )
         law = self._moving
         curve = self._curve(law.s_end)
-        next_time = (tick + 1) * self._tick
+        bound, next_time = partial(self._speed_bound, curve), (tick + 1) * self._tick
 
         def stopped() -> TimeLaw | None:
-            return halt(law, curve, limits, self._speed_bound, tick=self._tick, commit_time=next_time)
+            return halt(law, curve, limits, bound, tick=self._tick, commit_time=next_time)
 
         return self._adopt(stopped)
 
@@ -189,10 +194,10 @@ class Mover:
         """The present law planned anew after `tick`, to rest at `end`."""
         law = self._moving
         curve = self._curve(end)
+        bound = partial(self._speed_bound, curve)
 
         def planned() -> TimeLaw | None:
             time = (tick + 1) * self._tick
-            bound = self._speed_bound
             return extend(law, curve, self.limits, bound, s_end=end, tick=self._tick, commit_time=time)
 
         return planned
@@ -210,9 +215,9 @@ class Mover:
     def _curve(self, end: float) -> _Curve:
         return _Curve(self._route, self.direction, self.direction * self.s, end)
 
-    def _speed_bound(self, r: Floats) -> Floats:
+    def _speed_bound(self, curve: _Curve, r: Floats) -> Floats:
         """Bound (N,) on the rate of r (N,): programmed speed and speed limits, scaled by the override."""
-        s = self.direction * r
+        s = curve.before_end(self.direction * r)
         bound = self._route.speed_bound(s)
         if self.override == 1.0 and self._slowing_until <= self.direction * self.s:
             return bound
@@ -249,12 +254,17 @@ class Mover:
         return self._name(int(codes[np.argmax(counts)]))
 
     def _name(self, code: int) -> str:
-        joints = len(self.limits.speed) - 2
+        driven = len(self.limits.speed) - 2
+        joints = driven - len(self._auxiliary)
         if code == PROGRAMMED_SPEED:
             return "programmed speed"
         if code == UNLIMITED:
             return ""
-        return f"J{code + 1}" if code < joints else ("path" if code == joints else "orientation")
+        if code < joints:
+            return f"J{code + 1}"
+        if code < driven:
+            return self._auxiliary.name(code - joints)
+        return "path" if code == driven else "orientation"
 
     def _due(self, law: TimeLaw) -> bool:
         ends = self._route.ends
@@ -295,8 +305,13 @@ class _Curve:
         return self.route.axes.values(self.direction * r)
 
     def derivatives(self, r: Floats) -> tuple[Floats, Floats, Floats]:
-        first, second, third = self.route.axes.derivatives(self.direction * r)
+        first, second, third = self.route.axes.derivatives(self.before_end(self.direction * r))
         return self.direction * first, second, self.direction * third
+
+    def before_end(self, s: Floats) -> Floats:
+        """s (N,) with the far end, if it is a stop that another motion follows, seen from this side of it."""
+        end = max(self.direction * self.r_from, self.direction * self.r_to)
+        return np.where(s == end, np.nextafter(end, -np.inf), s)
 
     @property
     def breaks(self) -> Floats:

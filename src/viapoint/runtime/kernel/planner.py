@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 
 from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
 from viapoint.runtime.kernel.failure import MotionError, PlanningError
 from viapoint.runtime.kernel.guard import PathGuard, ZoneCrossing
@@ -42,7 +43,7 @@ class Planner:
     """Owns the chain of geometry and the route; `failure` is set once, and planning ends with it."""
 
     def __init__(self, cell: Cell, buffer: MotionBuffer, q_start: Floats, *, stepping: bool = False) -> None:
-        self.route = Route(cell.robot, q_start)
+        self.route = Route(cell.robot, q_start, AuxiliaryAxes.of(cell))
         self.failure: MotionError | None = None
         self.corners: list[Corner] = []
         self.laid: Callable[[Sequence[Piece]], None] | None = None

@@ -6,18 +6,28 @@ among joint solutions, and knows the joints at the end of every motion. Errors n
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from viapoint.language.units import DEG, MM
 from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.failure import PlanningError
 from viapoint.runtime.kernel.joints import end_joints, motion_target, tcp_kinematics
-from viapoint.runtime.kernel.speeds import SpeedRule, speed_rule
+from viapoint.runtime.kernel.speeds import UNBOUND, SpeedRule, speed_rule
 from viapoint.runtime.kernel.stretch import PathLimits, Stretch
-from viapoint.runtime.path import Corner, GeometryError, Move, MoveKind, Piece, Pose, programmed
+from viapoint.runtime.path import (
+    Corner,
+    GeometryError,
+    Move,
+    MoveKind,
+    Piece,
+    Pose,
+    auxiliary_alone,
+    programmed,
+)
 from viapoint.runtime.records import Floats
 from viapoint.runtime.robots import Robot
 from viapoint.runtime.rotations import abc_to_matrix, invert_pose, matrix_to_abc, matrix_to_quaternion
@@ -36,10 +46,11 @@ _ROTATION: Final = ("A", "B", "C")
 
 @dataclass(frozen=True, slots=True)
 class Stand:
-    """Where a motion leaves the robot: joints (n,) and the flange X_base_flange (4, 4)."""
+    """Where a motion leaves the robot: joints (n,), flange X_base_flange (4, 4), auxiliary axes (k,)."""
 
     q: Floats
     X_base_flange: Floats
+    e: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +71,8 @@ class Resolver:
     def __init__(self, cell: Cell, q_start: Floats) -> None:
         self.cell = cell
         self.robot: Robot = cell.robot
-        self.stand = Stand(q_start, self.robot.fk(q_start))
+        self._auxiliary = AuxiliaryAxes.of(cell)
+        self.stand = Stand(q_start, self.robot.fk(q_start), self._auxiliary.start)
         self._joint_before = False
 
     def resolve(self, motion: Motion, tag: int) -> Resolved:
@@ -82,7 +94,7 @@ class Resolver:
 
         Beside a singular pose it may have gone another way round than the programmed one.
         """
-        self.stand = Stand(q, self.stand.X_base_flange)
+        self.stand = replace(self.stand, q=q)
 
     def is_fresh_from_singular(self, motion: Motion) -> bool:
         """Whether a path motion starts where a joint move has ended in a singular pose.
@@ -103,23 +115,29 @@ class Resolver:
         return tool.X_flange_tool
 
     def _joint_move(self, motion: Motion, tag: int, X_flange_tool: Floats) -> Resolved:
-        q_target = self._joint_target(motion, X_flange_tool)
-        end = Stand(q_target, self.robot.fk(q_target))
+        e = self._auxiliary_target(motion)
+        q_target = self._joint_target(motion, X_flange_tool, e)
+        end = Stand(q_target, self.robot.fk(q_target), e)
+        move = self._joint_line(motion, tag, X_flange_tool, end)
+        rule = UNBOUND if auxiliary_alone(move) else speed_rule(motion, self.cell)
+        return Resolved(move, rule, X_flange_tool, end)
+
+    def _joint_line(self, motion: Motion, tag: int, X_flange_tool: Floats, end: Stand) -> Move:
         move = Move(
             kind=MoveKind.JOINT,
             tag=tag,
             start=_pose(self.stand.X_base_flange @ X_flange_tool),
             target=_pose(end.X_base_flange @ X_flange_tool),
             q_start=self.stand.q,
-            q_target=q_target,
+            q_target=end.q,
             joint_weights=np.where(self.robot.prismatic, DEG / MM / self.cell.mm_per_deg, 1.0),
             fk=tcp_kinematics(self.robot, X_flange_tool),
-            z_axis=self._frame(motion)[:3, 2],
+            z_axis=self._frame(motion, end.e)[:3, 2],
             corner=_corner(motion),
         )
-        return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end)
+        return self._with_auxiliary(move, end.e)
 
-    def _joint_target(self, motion: Motion, X_flange_tool: Floats) -> Floats:
+    def _joint_target(self, motion: Motion, X_flange_tool: Floats, e: Floats) -> Floats:
         target = motion.target
         if motion.kind is MotionKind.HOME:
             q = np.asarray(self.cell.home, dtype=np.float64)
@@ -128,17 +146,18 @@ class Resolver:
         elif target.point is None and not target.coordinates:
             q = self._with_joints(self.stand.q, motion)
         else:
-            X = self._target_pose(target, motion, X_flange_tool) @ invert_pose(X_flange_tool)
+            X = self._target_pose(target, motion, X_flange_tool, e) @ invert_pose(X_flange_tool)
             return motion_target(self.robot, X, self.stand.q, self._references(motion), motion.line)
         self._check_range(q, motion)
         return q
 
     def _path_move(self, motion: Motion, tag: int, X_flange_tool: Floats) -> Resolved:
+        e = self._auxiliary_target(motion)
         start = self.stand.X_base_flange @ X_flange_tool
-        target = self._target_pose(motion.target, motion, X_flange_tool)
+        target = self._target_pose(motion.target, motion, X_flange_tool, e)
         via = None
         if motion.via is not None:
-            X_via = self._target_pose(motion.via, motion, X_flange_tool)
+            X_via = self._target_pose(motion.via, motion, X_flange_tool, e)
             oriented = motion.via.point is not None or any(k in _ROTATION for k, _ in motion.via.coordinates)
             via = Pose(X_via[:3, 3], _pose(X_via).quaternion if oriented else None)
         move = Move(
@@ -148,21 +167,31 @@ class Resolver:
             target=_pose(target),
             via=via,
             angle=None if motion.angle is None else motion.angle * DEG,
-            z_axis=self._frame(motion)[:3, 2],
+            z_axis=self._frame(motion, e)[:3, 2],
             corner=_corner(motion),
         )
-        segment = programmed(move)
-        rule = speed_rule(motion, self.cell)
-        if segment is None:
-            return Resolved(move, rule, X_flange_tool, self.stand)
-        piece = Piece(segment, 0.0, segment.length, tag, ends=True, stop=True)
-        path = Stretch(piece, invert_pose(X_flange_tool), motion.line, PathLimits.APPLY)
-        q, X, configuration = end_joints(self.robot, path, self.stand.q)
-        return Resolved(move, rule, X_flange_tool, Stand(q, X), configuration)
+        end, configuration = replace(self.stand, e=e), None
+        if (segment := programmed(move)) is not None:
+            piece = Piece(segment, 0.0, segment.length, tag, ends=True, stop=True)
+            path = Stretch(piece, invert_pose(X_flange_tool), motion.line, PathLimits.APPLY)
+            q, X, configuration = end_joints(self.robot, path, self.stand.q)
+            end = Stand(q, X, e)
+        move = self._with_auxiliary(move, e)
+        if auxiliary_alone(move):
+            return Resolved(self._joint_line(motion, tag, X_flange_tool, end), UNBOUND, X_flange_tool, end)
+        return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end, configuration)
 
-    def _target_pose(self, target: Target, motion: Motion, X_flange_tool: Floats) -> Floats:
-        """X_base_tcp (4, 4) of a target in the motion's frame."""
-        X_base_frame = self._frame(motion)
+    def _auxiliary_target(self, motion: Motion) -> Floats:
+        """Where the auxiliary axes (k,) end: as the statement says, as its point does, or where they are."""
+        point = None if motion.target.point is None else self.cell.points.get(motion.target.point)
+        return self._auxiliary.target(self.stand.e, motion.target, point, motion.line)
+
+    def _with_auxiliary(self, move: Move, e: Floats) -> Move:
+        return replace(move, e_start=self.stand.e, e_target=e) if self._auxiliary.axes else move
+
+    def _target_pose(self, target: Target, motion: Motion, X_flange_tool: Floats, e: Floats) -> Floats:
+        """X_base_tcp (4, 4) of a target in the motion's frame, with the base where e (k,) has taken it."""
+        X_base_frame = self._frame(motion, e)
         if target.point is not None:
             joints = self._taught_joints(target, motion)
             if joints is not None:
@@ -170,7 +199,8 @@ class Resolver:
             pose = self.cell.points[target.point].pose
             assert pose is not None, "a point is taught as a pose or as joints"
             return np.asarray(X_base_frame @ pose)
-        X_frame_now = invert_pose(X_base_frame) @ self.stand.X_base_flange @ X_flange_tool
+        X_base_now = self.stand.X_base_flange @ X_flange_tool
+        X_frame_now = invert_pose(self._frame(motion, self.stand.e)) @ X_base_now
         return np.asarray(X_base_frame @ _with_coordinates(X_frame_now, dict(target.coordinates)))
 
     def _taught_joints(self, target: Target, motion: Motion) -> Floats | None:
@@ -209,11 +239,19 @@ class Resolver:
             result[number - 1] = value * (MM if self.robot.prismatic[number - 1] else DEG)
         return result
 
-    def _frame(self, motion: Motion) -> Floats:
+    def _frame(self, motion: Motion, e: Floats) -> Floats:
+        """X_base_frame (4, 4) of a motion's frame, with the base where auxiliary axes e (k,) have taken it.
+
+        Frame 0 goes with the base; the others stand where the cell says.
+        """
         frame = self.cell.frames.get(motion.frame)
         if frame is None:
             raise PlanningError("E312", f"frame Z{motion.frame} is not defined in the cell", motion.line)
-        return frame.X_base_frame
+        if motion.frame == 0 or self._auxiliary.carrier is None:
+            return frame.X_base_frame
+        X_base_frame = frame.X_base_frame.copy()
+        X_base_frame[0, 3] -= e[self._auxiliary.carrier]
+        return X_base_frame
 
     def _check_range(self, q: Floats, motion: Motion) -> None:
         inside = self.robot.limits.contain(q)

@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 
+from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.axispath import AxisPath
 from viapoint.runtime.kernel.failure import JointJump, OutOfReach
 from viapoint.runtime.kernel.joints import leaving_singular, tcp_kinematics
@@ -46,8 +47,8 @@ _Waiting = tuple[Stretch, _Planned]
 class Route:
     """Grows with the planner, is read by the generator; s in m (rad along joint moves and pure rotations)."""
 
-    def __init__(self, robot: Robot, q_start: Floats) -> None:
-        self.axes = AxisPath(robot, q_start)
+    def __init__(self, robot: Robot, q_start: Floats, auxiliary: AuxiliaryAxes) -> None:
+        self.axes = AxisPath(robot, q_start, auxiliary)
         self.ends: list[float] = []
         """s at the end of each compiled piece."""
         self.stops: list[float] = [0.0]
@@ -249,6 +250,8 @@ class Route:
             target=move.start,
             q_start=q,
             q_target=q_target,
+            e_start=move.e_start,
+            e_target=move.e_start,
             fk=tcp_kinematics(self._robot, motion.resolved.X_flange_tool),
         )
         chain = Chain(tolerance=0.0)

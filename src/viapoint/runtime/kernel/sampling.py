@@ -46,7 +46,7 @@ def sample(
     cells: Sequence[Cell],
     reference: Floats,
 ) -> Floats:
-    """Values (C, D+1, n+4) of joints and lengths at the nodes of cells, given in the order of spans.
+    """Values (C, D+1, n+k+4) of joints, auxiliary axes and lengths at the nodes of cells, in order of spans.
 
     `stretches` says which stretch each span belongs to. Joints are continuous within each cell and lengths
     count from its start; cells are chained by the caller. Raises OutOfReach where a pose is,
@@ -59,7 +59,10 @@ def sample(
     q[:, :, turning] = np.unwrap(q[:, :, turning], axis=1)
     rates = np.concatenate([g.stretch.rates(g.w) * g.rate[:, None] for g in groups]).reshape(shape)
     lengths = integrals(rates, np.array([cell.width for cell in cells]))
-    return np.concatenate((q, lengths), axis=2)
+    if stretches[0].curve.segment.auxiliary is None:
+        return np.concatenate((q, lengths), axis=2)
+    auxiliary = np.concatenate([g.stretch.curve.auxiliary(g.w) for g in groups]).reshape(shape)
+    return np.concatenate((q, auxiliary, lengths), axis=2)
 
 
 def _grouped(cells: Sequence[Cell]) -> list[tuple[int, list[Cell]]]:

@@ -30,6 +30,10 @@ class SpeedRule(NamedTuple):
     fallback_angular: float
 
 
+UNBOUND: Final = SpeedRule(*([np.inf] * 6))
+"""Of a motion in which auxiliary axes move alone: their own limits decide."""
+
+
 def rate_bounds(rules: Floats, joint_space: Bools, rates: Floats) -> Floats:
     """Bounds (N,) on the path parameter's rate.
 

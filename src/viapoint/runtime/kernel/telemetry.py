@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.peaks import PeakMeter
 from viapoint.runtime.records import Floats, Ints, Window
 from viapoint.runtime.rotations import matrix_to_quaternion
@@ -20,13 +21,16 @@ class Status(NamedTuple):
 
 
 class Telemetry:
-    """Follows the axis functions (n joints; limited TCP length and angle; both as travelled) tick by tick."""
+    """Follows the axis functions tick by tick.
+
+    They are n joints, k auxiliary axes, limited TCP length and angle, and both as travelled.
+    """
 
     def __init__(self, cell: Cell, q_start: Floats) -> None:
         self._cell = cell
         self._n = len(q_start)
-        self._columns: Floats = np.concatenate((q_start, np.zeros(4)))
-        self._meter = PeakMeter(self._columns[: self._n + 2], cell.tick)
+        self._columns: Floats = np.concatenate((q_start, AuxiliaryAxes.of(cell).start, np.zeros(4)))
+        self._meter = PeakMeter(self._columns[:-2], cell.tick)
         self.programmed_speed_ratio = 0.0
         """Peak of speed ÷ programmed speed so far."""
 
@@ -36,8 +40,13 @@ class Telemetry:
         return self._columns[: self._n]
 
     @property
+    def auxiliary(self) -> Floats:
+        """Auxiliary axes (k,) as last sent."""
+        return self._columns[self._n : -4]
+
+    @property
     def peaks(self) -> Floats:
-        """(3, n + 2): peak speed, acceleration and jerk of the joints, TCP length and TCP angle so far."""
+        """(3, n + k + 2): peak speed, acceleration and jerk so far, TCP length and TCP angle last."""
         return self._meter.peaks
 
     def standing(self, first: int, told: Ints, status: Status) -> Window:
@@ -55,12 +64,12 @@ class Telemetry:
         self.programmed_speed_ratio = max(self.programmed_speed_ratio, float(ratio.max()))
 
     def window(self, first: int, columns: Floats, told: Ints, status: Status) -> Window:
-        """The window of ticks first, first + 1, … from their axis functions (N, n + 4).
+        """The window of ticks first, first + 1, … from their axis functions (N, n + k + 4).
 
         `told` (N, 3): line of the path, line of the interpreter, buffer fill.
         """
         n, count, tick = self._n, len(columns), self._cell.tick
-        self._meter.feed(columns[:, : n + 2])
+        self._meter.feed(columns[:, :-2])
         length, before = columns[:, -2], self._columns[-2]
         self._columns = columns[-1]
         joints = columns[:, :n]
@@ -76,6 +85,7 @@ class Telemetry:
             buffer_fill=told[:, 2],
             joints=joints,
             actual=joints,
+            auxiliary=columns[:, n:-4],
             position=X[:, :3, 3],
             quaternion=matrix_to_quaternion(X[:, :3, :3]),
         )

@@ -30,5 +30,9 @@ def _unsupported(cell: Cell, scenario: Scenario | None) -> Iterator[str]:
     for index, frame in cell.frames.items():
         if frame.live:
             yield f"live = true of frame {index}"
+    if any(axis.carries_robot for axis in cell.auxiliary_axes.values()):
+        for zone in cell.zones:
+            if zone.frame != 0:  # it stands while the base moves; zones are looked at from the base
+                yield f"zone {zone.name} in frame {zone.frame}, with an axis that carries the robot,"
     if scenario is not None and scenario.corrections:
         yield "a correction of the scenario"

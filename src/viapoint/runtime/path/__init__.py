@@ -5,7 +5,7 @@ from viapoint.runtime.path.corners import Reason
 from viapoint.runtime.path.errors import GeometryError
 from viapoint.runtime.path.moves import Corner, Move, MoveKind, Pose, Poses, Space
 from viapoint.runtime.path.piece import Piece
-from viapoint.runtime.path.shapes import end_pose, robot_stands
+from viapoint.runtime.path.shapes import auxiliary_alone, end_pose
 from viapoint.runtime.path.splines import programmed
 
 __all__ = [
@@ -21,7 +21,7 @@ __all__ = [
     "Reason",
     "Space",
     "Transition",
+    "auxiliary_alone",
     "end_pose",
     "programmed",
-    "robot_stands",
 ]

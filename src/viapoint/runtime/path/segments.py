@@ -109,6 +109,7 @@ class JointSegment:
     weights: Floats  # (n,) rad of joint-space length per rad or m of a joint
     fk: Kinematics
     auxiliary: Profile | None = None
+    stands: bool = False  # auxiliary axes move alone; w is then the length they travel
     turns_in_place = False
     space = Space.JOINT
 
@@ -116,11 +117,6 @@ class JointSegment:
     def length(self) -> float:
         """The range of w."""
         return self.curve.length
-
-    @property
-    def stands(self) -> bool:
-        """No joint moves in it: auxiliary axes move alone, and w is the length they travel."""
-        return not self.curve.velocities(np.zeros(1)).any()
 
     def joints(self, w: Floats) -> Floats:
         """(N,) → (N, n) rad or m."""

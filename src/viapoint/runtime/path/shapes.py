@@ -48,10 +48,11 @@ def joint_move(move: Move) -> JointSegment:
     weights = np.ones_like(move.q_start) if move.joint_weights is None else move.joint_weights
     start, along = weights * move.q_start, weights * (move.q_target - move.q_start)
     length = float(np.linalg.norm(along))
-    if length < ZERO_LENGTH:
-        length, along = auxiliary_length(move), np.zeros_like(along)
+    stands = auxiliary_alone(move)
+    if stands:
+        length = auxiliary_length(move)
     curve = Straight(start, along / length, length)
-    return JointSegment(curve, weights, move.fk, even_auxiliary(move, length))
+    return JointSegment(curve, weights, move.fk, even_auxiliary(move, length), stands)
 
 
 def circle(move: Move) -> PoseSegment:
@@ -120,19 +121,25 @@ def auxiliary_length(move: Move) -> float:
 
 def is_zero(move: Move) -> bool:
     """Nothing moves in it."""
-    return robot_stands(move) and auxiliary_length(move) < ZERO_LENGTH
+    return _robot_length(move) < ZERO_LENGTH and auxiliary_length(move) < ZERO_LENGTH
 
 
-def robot_stands(move: Move) -> bool:
-    """Nothing moves in it but, perhaps, auxiliary axes."""
+def auxiliary_alone(move: Move) -> bool:
+    """Nothing worth a path parameter of its own moves in it but auxiliary axes."""
+    travel = auxiliary_length(move)
+    return travel >= ZERO_LENGTH and _robot_length(move) < min(IN_PLACE, travel)
+
+
+def _robot_length(move: Move) -> float:
+    """The larger of translation (m) and rotation (rad), or joint-space length (rad); inf for a circle."""
     if move.kind is MoveKind.JOINT and move.q_start is not None and move.q_target is not None:
         weights = 1.0 if move.joint_weights is None else move.joint_weights
-        return float(np.linalg.norm(weights * (move.q_target - move.q_start))) < ZERO_LENGTH
+        return float(np.linalg.norm(weights * (move.q_target - move.q_start)))
     if move.kind is MoveKind.CIRCLE:
-        return move.angle is not None and abs(move.angle) < ZERO_LENGTH
+        return 0.0 if move.angle is not None and abs(move.angle) < ZERO_LENGTH else math.inf
     distance = float(np.linalg.norm(move.target.position - move.start.position))
     turn = shortest_turn(quaternion(move.start), quaternion(move.target), move.z_axis)
-    return distance < ZERO_LENGTH and float(np.linalg.norm(turn)) < ZERO_LENGTH
+    return max(distance, float(np.linalg.norm(turn)))
 
 
 def turns_in_place(move: Move) -> bool:

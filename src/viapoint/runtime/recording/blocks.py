@@ -13,7 +13,7 @@ import numpy as np
 
 from ..records import Window
 from .info import Floats
-from .schemas import AXES, COLUMNS, FIRST_TICK
+from .schemas import ANY, AXES, COLUMNS, FIRST_TICK
 from .wire import WireError, bytes_field, read_fields, varint_field
 
 # One second at 1 ms: what a crash may cost, and little enough overhead per tick.
@@ -70,8 +70,11 @@ def decode(data: bytes) -> tuple[int, Columns]:
         if not isinstance(raw, bytes) or len(raw) % np.dtype(column.type).itemsize:
             raise WireError(f"column {column.name} is mangled")
         values = np.frombuffer(raw, dtype=column.type)
-        width = axes if column.width == 0 else column.width
-        columns[column.name] = values if width == 1 and column.width else _rows(values, width)
+        if column.width == ANY:
+            columns[column.name] = _even_rows(values, len(columns["time"]))
+        else:
+            width = axes if column.width == 0 else column.width
+            columns[column.name] = values if width == 1 and column.width else _rows(values, width)
     if not len(columns["actual"]):
         columns["actual"] = columns["joints"]
     if len({len(values) for values in columns.values()}) != 1:
@@ -83,6 +86,12 @@ def _rows(values: Floats, width: int) -> Floats:
     if width == 0 or len(values) % width:
         raise WireError("a column of a trace block is not a whole number of rows")
     return values.reshape(-1, width)
+
+
+def _even_rows(values: Floats, count: int) -> Floats:
+    if len(values) % max(count, 1):
+        raise WireError("a column of a trace block is not a whole number of rows")
+    return values.reshape(count, len(values) // max(count, 1))
 
 
 def join(windows: Sequence[Window]) -> Window:

@@ -24,15 +24,18 @@ def axis_units(axes: tuple[Axis, ...]) -> Floats:
     return np.array([MM if axis.kind == PRISMATIC else DEG for axis in axes])
 
 
-def csv_header(axes: tuple[Axis, ...], *, actual: bool) -> str:
+def csv_header(axes: tuple[Axis, ...], auxiliary: tuple[Axis, ...], *, actual: bool) -> str:
+    others = [axis.name.lower() for axis in auxiliary]
     joints = [f"j{i + 1}" for i in range(len(axes))]
     driven = [f"aj{i + 1}" for i in range(len(axes))] if actual else []
-    return ",".join(["t", "line", "s_mm", "speed_mm_s", *joints, *"xyzabc", *driven])
+    return ",".join(["t", "line", "s_mm", "speed_mm_s", *joints, *others, *"xyzabc", *driven])
 
 
-def csv_rows(trace: Window, axes: tuple[Axis, ...], *, actual: bool) -> Iterator[str]:
+def csv_rows(
+    trace: Window, axes: tuple[Axis, ...], auxiliary: tuple[Axis, ...], *, actual: bool
+) -> Iterator[str]:
     """One line of text per tick, without its line end; TCP in the base frame with the active tool."""
-    units = axis_units(axes)
+    units, other_units = axis_units(axes), axis_units(auxiliary)
     for start in range(0, len(trace), ROWS_AT_ONCE):
         part = slice(start, start + ROWS_AT_ONCE)
         abc = matrix_to_abc(quaternion_to_matrix(trace.quaternion[part])) / DEG
@@ -40,6 +43,7 @@ def csv_rows(trace: Window, axes: tuple[Axis, ...], *, actual: bool) -> Iterator
             trace.s[part, None] / MM,
             trace.speed[part, None] / MM,
             trace.joints[part] / units,
+            trace.auxiliary[part] / other_units,
             trace.position[part] / MM,
             abc,
         ]
@@ -51,12 +55,12 @@ def csv_rows(trace: Window, axes: tuple[Axis, ...], *, actual: bool) -> Iterator
             yield f"{time!r},{line},{','.join(map(repr, row))}"
 
 
-def write_csv(trace: Window, axes: tuple[Axis, ...], out: TextIO) -> int:
+def write_csv(trace: Window, axes: tuple[Axis, ...], out: TextIO, auxiliary: tuple[Axis, ...] = ()) -> int:
     """Write the table with its header; the number of rows. Actual joints only where drives differ."""
     actual = not np.array_equal(trace.actual, trace.joints)
-    out.write(csv_header(axes, actual=actual) + "\n")
+    out.write(csv_header(axes, auxiliary, actual=actual) + "\n")
     rows = 0
-    for row in csv_rows(trace, axes, actual=actual):
+    for row in csv_rows(trace, axes, auxiliary, actual=actual):
         out.write(row + "\n")
         rows += 1
     return rows

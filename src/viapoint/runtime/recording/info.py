@@ -17,7 +17,7 @@ REVOLUTE, PRISMATIC = "revolute", "prismatic"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """One joint with its limits, rad or m and their derivatives in s."""
+    """One joint, or auxiliary axis, with its limits, rad or m and their derivatives in s."""
 
     name: str
     kind: str  # REVOLUTE or PRISMATIC
@@ -40,6 +40,7 @@ class RunInfo:
     robot: str = ""
     tick_s: float
     axes: tuple[Axis, ...]
+    auxiliary: tuple[Axis, ...] = ()
     path_speed: float = 0.0  # m/s, limit of the TCP; 0: not stated
     seed: int = 0
     command_line: str = ""
@@ -56,6 +57,7 @@ class RunInfo:
             "seed": str(self.seed),
             "command_line": self.command_line,
             "axes": json.dumps([asdict(axis) for axis in self.axes]),
+            "auxiliary": json.dumps([asdict(axis) for axis in self.auxiliary]),
             "versions": json.dumps(dict(self.versions), sort_keys=True),
         }
 
@@ -63,6 +65,7 @@ class RunInfo:
     def from_metadata(entries: Mapping[str, str], texts: Mapping[str, str | None]) -> RunInfo:
         """The inverse of `to_metadata`; raises KeyError, TypeError or ValueError on anything else."""
         axes: list[dict[str, Any]] = json.loads(entries["axes"])
+        auxiliary: list[dict[str, Any]] = json.loads(entries.get("auxiliary", "[]"))
         return RunInfo(
             program_name=entries["program"],
             program_source=texts.get("program") or "",
@@ -72,6 +75,7 @@ class RunInfo:
             robot=entries["robot"],
             tick_s=float(entries["tick_s"]),
             axes=tuple(Axis(**axis) for axis in axes),
+            auxiliary=tuple(Axis(**axis) for axis in auxiliary),
             path_speed=float(entries["path_speed"]),
             seed=int(entries["seed"]),
             command_line=entries["command_line"],

@@ -13,16 +13,17 @@ TRACE_SCHEMA = "viapoint.TraceBlock"
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One array of a TraceBlock: `width` values per tick (0: one per axis), row by row."""
+    """One array of a TraceBlock: `width` values per tick, row by row."""
 
     number: int
     name: str
     type: str  # numpy type on the wire
-    width: int
+    width: int  # 0: one per axis; ANY: however many there are, perhaps none
     doc: str
 
 
 FIRST_TICK, AXES = 1, 2
+ANY = -1
 COLUMNS = (
     Column(3, "time", "<f8", 1, "s"),
     Column(4, "line", "<i4", 1, "source line whose statement the path is in"),
@@ -35,6 +36,7 @@ COLUMNS = (
     Column(11, "actual", "<f8", 0, "rad or m, as the drives report; absent where equal to the set points"),
     Column(12, "position", "<f8", 3, "m, TCP in the base frame"),
     Column(13, "quaternion", "<f8", 4, "w x y z, TCP in the base frame"),
+    Column(14, "auxiliary", "<f8", ANY, "rad or m, auxiliary axes as sent; absent where there are none"),
 )
 
 
