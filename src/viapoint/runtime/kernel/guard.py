@@ -21,7 +21,7 @@ from viapoint.runtime.kernel.stretch import Stretch
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.path import Space
 from viapoint.runtime.records import Floats, Ints
-from viapoint.runtime.workspace import Crossing, Monitor, Rule, Sighting, Violation, Watch, grid
+from viapoint.runtime.workspace import NOTHING, Crossing, Monitor, Rule, Violation, Watch, grid
 
 _PLANNED: Final = {Rule.FORBIDDEN: "E330", Rule.SAFE: "E331", Rule.SELF: "E332", Rule.CONE: "E333"}
 _RUNNING: Final = {Rule.FORBIDDEN: "E420", Rule.SAFE: "E421", Rule.SELF: "E422", Rule.CONE: "E423"}
@@ -161,7 +161,7 @@ class TickGuard:
         self._monitor = monitor if monitor.active else None
         self._watch = Watch(monitor)
         self._trace = trace
-        self._seen = Sighting(None, ())
+        self._seen = NOTHING
         self._error: ExecutionError | None = None
 
     def standing(self, q: Floats, tool: int, line: int) -> ExecutionError | None:
@@ -176,10 +176,14 @@ class TickGuard:
         if self._monitor is None or self.alarm is not None:
             return rows
         joints = rows.columns[:, : len(q)]
-        steps = np.abs(np.diff(joints, axis=0, prepend=q[None]))
-        travel = np.cumsum(steps @ self._monitor.pace(tool))
-        self._seen = self._watch.look(travel, joints.__getitem__, tool)
-        self._error, violation = None, self._seen.violation
+        steps = np.empty(joints.shape)
+        np.subtract(joints[1:], joints[:-1], out=steps[1:])
+        np.subtract(joints[0], q, out=steps[0])
+        travel = (np.abs(steps, out=steps) @ self._monitor.pace(tool)).cumsum()
+        self._error, self._seen = None, self._watch.look(travel, joints.__getitem__, tool)
+        if self._seen is NOTHING:
+            return rows
+        violation = self._seen.violation
         met = [crossing.row for crossing in self._seen.crossings]
         if violation is not None:
             self._error = self._failure(violation, joints[violation.row], tool, line)

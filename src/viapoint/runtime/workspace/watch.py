@@ -57,7 +57,8 @@ class Sighting:
     crossings: tuple[Crossing, ...]
 
 
-_NOTHING: Final = Sighting(None, ())
+NOTHING: Final = Sighting(None, ())
+"""Of a stretch so near to what was looked at that it needs no look."""
 
 
 def grid(travel: float, thinnest: float) -> Floats:
@@ -98,7 +99,7 @@ class Watch:
             self._tool, self._room = tool, _UNKNOWN
         self._travel, self._search = travel, None
         if travel[-1] <= self._room:
-            return _NOTHING
+            return NOTHING
         self._search = _Search(self._monitor, travel, joints, tool, self._room)
         self._search.run(self._width)
         self._width = max(self._search.usual(), _LEAST_CLEARANCE)
@@ -198,5 +199,5 @@ class _Search:
         return float(left.max(initial=0.0))
 
     def usual(self) -> float:
-        """The middle one of the clearances seen."""
-        return float(np.median(self._radius))
+        """The mean of the clearances seen."""
+        return float(self._radius.mean())
