@@ -9,15 +9,14 @@ length of a window has no influence on the result.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final, assert_never
+from typing import Final
 
 import numpy as np
 
-from viapoint.language.units import MM
 from viapoint.runtime.cell import Cell
-from viapoint.runtime.kernel.blocks import Blocks
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
 from viapoint.runtime.kernel.dialogue import Dialogue, Interpreter
+from viapoint.runtime.kernel.execution import Execution
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
 from viapoint.runtime.kernel.guard import TickGuard
 from viapoint.runtime.kernel.motion import Mover
@@ -30,15 +29,8 @@ from viapoint.runtime.records import Event, Floats, Ints, Window
 from viapoint.runtime.signals import SignalWorld
 from viapoint.vm.ports import (
     Barrier,
-    Dwell,
-    End,
     Failed,
     Motion,
-    RaiseM,
-    SelectTool,
-    SetOutput,
-    Tangent,
-    Track,
 )
 
 _ARRIVED: Final = 1e-10
@@ -66,27 +58,20 @@ class Kernel:
         self.world = world
         self.state = State.READY
         self.failure: MotionError | None = None
-        self.tool = 0
         self.trace = Trace(listener, cell.tick)
-        self._roomy: tuple[int, set[int]] = (-1, set())  # tools for which there is room, in that tick
-        self._travelled = (0.0, 0.0)  # the place on the route asked for last, and the TCP length up to it, m
         self._buffer: MotionBuffer = MotionBuffer(cell.lookahead)
         q = np.asarray(cell.home, dtype=np.float64)
         self.planner = Planner(cell, self._buffer, q, stepping=stepping)
         self.mover = Mover(cell, self.planner.route, override or 1.0)
+        self.telemetry = Telemetry(cell, q)
+        self.guard = TickGuard(cell, self.trace)
+        self.execution = Execution(self._buffer, world, self.trace, self.planner, self.mover, self._room_for)
         self.dialogue = Dialogue(cell, world, self._buffer, self.trace, self._travelled_mm, patient=patient)
-        self._dwell_until: int | None = None
         self._hold = Hold.NONE
         self._paused = override == 0.0
         self._backward = False
         self._frontier = 0.0  # s up to which the program has been executed
-        self._line = 0  # line of the last entry executed
-        self.statements = 0
-        """Statements executed so far, by the robot."""
-        self.blocks = Blocks(self.planner.route, self.mover, self.trace)
         self._last_s = 0.0  # s in the last tick computed
-        self.telemetry = Telemetry(cell, q)
-        self.guard = TickGuard(cell, self.trace)
 
     # --- running -----------------------------------------------------------------------------------
 
@@ -94,6 +79,21 @@ class Kernel:
     def tick(self) -> int:
         """The tick computed last."""
         return self.trace.tick
+
+    @property
+    def tool(self) -> int:
+        """The tool the robot has."""
+        return self.execution.tool
+
+    @property
+    def line(self) -> int:
+        """Source line the path is in."""
+        return self.execution.line
+
+    @property
+    def statements(self) -> int:
+        """Statements executed so far, by the robot."""
+        return self.execution.statements
 
     @property
     def over(self) -> bool:
@@ -168,7 +168,7 @@ class Kernel:
 
     def advance(self, ticks: int) -> Window:
         """Let at least one and at most `ticks` ticks pass; ends early where something happens."""
-        self.blocks.forget()
+        self.execution.blocks.forget()
         if self.state is State.MOVING:
             return self._move(ticks)
         return self._stand(ticks)
@@ -176,15 +176,15 @@ class Kernel:
     def _stand(self, ticks: int) -> Window:
         first = self.tick + 1
         last = self.tick + ticks
-        if self._dwell_until is not None:
-            last = min(last, self._dwell_until)
+        if self.execution.dwell_until is not None:
+            last = min(last, self.execution.dwell_until)
         change = first if self.state is State.POLLING else self.world.next_change(self.tick)
         if change is not None:
             last = min(last, max(change, first))
         window = self._standing(first, last - first + 1)
         self.trace.tick = last
-        if self._dwell_until == last:
-            self._dwell_until = None
+        if self.execution.dwell_until == last:
+            self.execution.dwell_until = None
         self.world.advance(last)
         self._settle()
         return window
@@ -242,7 +242,7 @@ class Kernel:
                 self.trace.tick = first + row
                 self.mover.s = float(s[row])
                 self.world.advance(self.tick)
-                entry = self._front()
+                entry = self.execution.front
                 assert entry is not None, "a row was found for it"
                 self._execute(entry)
                 told[row:] = self._told
@@ -250,32 +250,19 @@ class Kernel:
 
     def _next_row(self, s: Floats, row: int) -> int | None:
         """Row, not before `row`, in which the path passes the next entry; None if it does not in s (N,)."""
-        entry = self._front()
+        entry = self.execution.front
         if entry is None or s[-1] < self._frontier:
             return None
-        match entry.call:
-            case Motion():
-                place = self.planner.route.place(entry.number)
-                if place is None:
-                    return None
-                law = self.mover.law
-                assert law is not None, "rows belong to a law"
-                if abs(place - law.s_end) < _ARRIVED:  # an exact stop is reached when the path is at rest
-                    return len(s) - 1 if s[-1] == law.s_end else None
-                passed = max(row, int(np.searchsorted(s, place)))
-                return passed if passed < len(s) else None
-            case SetOutput():
-                return row
-            case RaiseM(synchronous=synchronous):
-                return None if synchronous else row
-            case SelectTool(tool=tool):
-                return row if tool == self.tool else None
-            case Track() | Tangent():
-                return row
-            case Barrier() | Dwell() | End():
-                return None
-            case _:
-                assert_never(entry.call)
+        if not isinstance(entry.call, Motion):
+            return row if self.execution.passable(entry) else None
+        place, law = self.planner.route.place(entry.number), self.mover.law
+        assert law is not None, "rows belong to a law"
+        if place is None:
+            return None
+        if abs(place - law.s_end) < _ARRIVED:  # an exact stop is reached when the path is at rest
+            return len(s) - 1 if s[-1] == law.s_end else None
+        passed = max(row, int(np.searchsorted(s, place)))
+        return passed if passed < len(s) else None
 
     def _look_ahead(self) -> bool:
         """Blocks were finished while moving: interpreter and planner go on; True if the law changed."""
@@ -304,13 +291,13 @@ class Kernel:
                 return
             if self._astray():
                 return
-            entry = None if self._dwell_until is not None else self._front()
+            entry = None if self.execution.dwell_until is not None else self.execution.front
             if entry is not None and self._reached(entry):
-                self.blocks.set_out(entry.number)  # where the motion has no length
+                self.execution.blocks.set_out(entry.number)  # where the motion has no length
                 self._execute(entry)
             elif self._interpret() or self.planner.plan(self.mover.wanted):
                 pass
-            elif self._dwell_until is not None:
+            elif self.execution.dwell_until is not None:
                 self.state = State.DWELLING
                 return
             elif self._held:
@@ -332,7 +319,7 @@ class Kernel:
 
     def _astray(self) -> bool:
         """Off the frontier of the program, or on the way back from it: True if the path is dealt with."""
-        if self._dwell_until is not None or not (self._backward or self.mover.s < self._frontier):
+        if self.execution.dwell_until is not None or not (self._backward or self.mover.s < self._frontier):
             return False
         if self._held:
             self.state = State.HALTED
@@ -358,8 +345,8 @@ class Kernel:
         assert isinstance(call, Motion), "all other entries are executed at once"
         if not self.mover.start(self.tick, call.line):
             return False
-        self.tool = call.tool
-        self.blocks.set_out(entry.number)
+        self.execution.tool = call.tool
+        self.execution.blocks.set_out(entry.number)
         return True
 
     def _poll(self, barrier: Barrier) -> None:
@@ -379,60 +366,10 @@ class Kernel:
             self.planner.abort(ExecutionError(outcome.code, outcome.message, outcome.line))
         return outcome is not False
 
-    # --- entries ------------------------------------------------------------------------------------
-
-    @property
-    def line(self) -> int:
-        """Source line the path is in."""
-        entry = self._front()
-        return entry.call.line if entry is not None and isinstance(entry.call, Motion) else self._line
-
-    def _front(self) -> Entry | None:
-        return self._buffer.to_execute()
-
     def _execute(self, entry: Entry) -> None:
-        """The path has reached `entry`: it takes effect in this tick and its slot is free."""
-        call = entry.call
-        self._line = call.line
-        match call:
-            case Motion():
-                self._finish_block(call, entry.number)
-            case SetOutput(line=line, index=index, value=value):
-                self.world.write_output(index, value, self.tick)
-                self.trace.emit("output", line, signal=f"DO{index}", value=value, s_mm=self._travelled_mm())
-            case SelectTool(line=line, tool=tool):
-                self._pick_up(tool, line)
-                self.trace.emit("tool", line, index=tool)
-            case RaiseM(line=line, index=index):
-                self.world.raise_m(index, self.tick)
-                self.trace.emit("m", line, index=index, action="raised")
-                self.dialogue.raise_m(call)
-            case Dwell(line=line, seconds=seconds):
-                ticks = max(self.world.ticks(seconds), 1) if seconds > 0.0 else 0
-                self._dwell_until = self.tick + ticks if ticks else None
-                until = self.trace.time_of(self.tick + ticks)
-                self.trace.emit("wait", line, t_end=until, reason=f"{seconds:g} s")
-            case Barrier():
-                self.dialogue.reach_barrier(call, self.statements)
-            case End():
-                self.state = State.FINISHED
-            case Track() | Tangent():
-                pass  # switching off what is not on
-            case _:
-                assert_never(call)
-        self._buffer.executed()
-        self.statements += 0 if isinstance(call, Barrier) else 1
-
-    def _pick_up(self, tool: int, line: int) -> None:
-        """From now on the robot has that tool. Raises ExecutionError where there is no room for it."""
-        tick, roomy = self._roomy
-        if tick != self.tick:
-            self._roomy = self.tick, (roomy := {self.tool})
-        if tool not in roomy:
-            if failure := self.guard.standing(self.telemetry.joints, tool, line):
-                raise failure
-            roomy.add(tool)
-        self.tool = tool
+        self.execution.execute(entry, self.dialogue)
+        if self.execution.ended:
+            self.state = State.FINISHED
 
     def _fail(self, failure: MotionError | None) -> None:
         if failure is not None:
@@ -454,15 +391,8 @@ class Kernel:
         """(3,): the line the path is in, the line the interpreter has reached, entries in the buffer."""
         return np.array([self.line, self.dialogue.line, self._buffer.fill], dtype=np.int64)
 
-    def _finish_block(self, motion: Motion, number: int) -> None:
-        try:
-            self.blocks.finish(motion, number)
-        except ExecutionError as error:
-            self.planner.abort(error)  # the robot may be moving: it stops where the path known by now ends
-
     def _travelled_mm(self) -> float:
-        """TCP length travelled to where the path is now. Many actions may ask in one place."""
-        s, travelled = self._travelled
-        if s != self.mover.s:
-            s, travelled = self._travelled = self.mover.s, self.planner.route.travelled(self.mover.s)
-        return travelled / MM
+        return self.execution.travelled_mm
+
+    def _room_for(self, tool: int, line: int) -> ExecutionError | None:
+        return self.guard.standing(self.telemetry.joints, tool, line)

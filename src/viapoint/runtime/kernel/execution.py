@@ -1,0 +1,147 @@
+"""Entries of the motion buffer taking effect, one after the other, in the tick in which the path is there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import assert_never
+
+from viapoint.language.units import MM
+from viapoint.runtime.kernel.blocks import Blocks
+from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
+from viapoint.runtime.kernel.dialogue import Dialogue
+from viapoint.runtime.kernel.failure import ExecutionError
+from viapoint.runtime.kernel.motion import Mover
+from viapoint.runtime.kernel.planner import Planner
+from viapoint.runtime.kernel.trace import Trace
+from viapoint.runtime.signals import SignalWorld
+from viapoint.vm.ports import (
+    Barrier,
+    Dwell,
+    End,
+    Motion,
+    RaiseM,
+    SelectTool,
+    SetOutput,
+    Tangent,
+    Track,
+)
+
+RoomFor = Callable[[int, int], ExecutionError | None]
+"""What keeps the robot from having a tool where it stands, if anything, at a source line."""
+
+
+class Execution:
+    """Where the program is, as far as the robot has come: line, tool, what it waits out."""
+
+    def __init__(
+        self,
+        buffer: MotionBuffer,
+        world: SignalWorld,
+        trace: Trace,
+        planner: Planner,
+        mover: Mover,
+        room_for: RoomFor,
+    ) -> None:
+        self.tool = 0
+        self.statements = 0
+        """Statements executed so far."""
+        self.dwell_until: int | None = None
+        """Tick in which a wait for a time is over."""
+        self.ended = False
+        """The program's end has been executed."""
+        self.blocks = Blocks(planner.route, mover, trace)
+        self._buffer = buffer
+        self._world = world
+        self._trace = trace
+        self._planner = planner
+        self._mover = mover
+        self._room_for = room_for
+        self._line = 0  # of the last entry executed
+        self._roomy: tuple[int, set[int]] = (-1, set())  # tools for which there is room, in that tick
+        self._travelled = (0.0, 0.0)  # the place on the route asked for last, and the TCP length up to it, m
+
+    @property
+    def front(self) -> Entry | None:
+        """The entry to take effect next, if it has been planned."""
+        return self._buffer.to_execute()
+
+    @property
+    def line(self) -> int:
+        """Source line the path is in."""
+        entry = self.front
+        return entry.call.line if entry is not None and isinstance(entry.call, Motion) else self._line
+
+    @property
+    def travelled_mm(self) -> float:
+        """TCP length travelled to where the path is now. Many actions may ask in one place."""
+        s, travelled = self._travelled
+        if s != self._mover.s:
+            s, travelled = self._travelled = self._mover.s, self._planner.route.travelled(self._mover.s)
+        return travelled / MM
+
+    def execute(self, entry: Entry, dialogue: Dialogue) -> None:
+        """The path has reached `entry`: it takes effect in this tick and its slot is free."""
+        call, trace = entry.call, self._trace
+        self._line = call.line
+        match call:
+            case Motion():
+                self._finish_block(call, entry.number)
+            case SetOutput(line=line, index=index, value=value):
+                self._world.write_output(index, value, trace.tick)
+                trace.emit("output", line, signal=f"DO{index}", value=value, s_mm=self.travelled_mm)
+            case SelectTool(line=line, tool=tool):
+                self._pick_up(tool, line)
+                trace.emit("tool", line, index=tool)
+            case RaiseM(line=line, index=index):
+                self._world.raise_m(index, trace.tick)
+                trace.emit("m", line, index=index, action="raised")
+                dialogue.raise_m(call)
+            case Dwell():
+                self._dwell(call)
+            case Barrier():
+                dialogue.reach_barrier(call, self.statements)
+            case End():
+                self.ended = True
+            case Track() | Tangent():
+                pass  # switching off what is not on
+            case _:
+                assert_never(call)
+        self._buffer.executed()
+        self.statements += 0 if isinstance(call, Barrier) else 1
+
+    def passable(self, entry: Entry) -> bool:
+        """Whether an action takes effect on a moving path; others, and motions, need their place first."""
+        match entry.call:
+            case SetOutput() | Track() | Tangent():
+                return True
+            case RaiseM(synchronous=synchronous):
+                return not synchronous
+            case SelectTool(tool=tool):
+                return tool == self.tool
+            case Motion() | Barrier() | Dwell() | End():
+                return False
+            case _:
+                assert_never(entry.call)
+
+    def _dwell(self, call: Dwell) -> None:
+        ticks = max(self._world.ticks(call.seconds), 1) if call.seconds > 0.0 else 0
+        self.dwell_until = self._trace.tick + ticks if ticks else None
+        until = self._trace.time_of(self._trace.tick + ticks)
+        self._trace.emit("wait", call.line, t_end=until, reason=f"{call.seconds:g} s")
+
+    def _pick_up(self, tool: int, line: int) -> None:
+        """From now on the robot has that tool. Raises ExecutionError where there is no room for it."""
+        tick, roomy = self._roomy
+        if tick != self._trace.tick:
+            self._roomy = self._trace.tick, (roomy := {self.tool})
+        if tool not in roomy:
+            if failure := self._room_for(tool, line):
+                raise failure
+            roomy.add(tool)
+        self.tool = tool
+
+    def _finish_block(self, motion: Motion, number: int) -> None:
+        try:
+            self.blocks.finish(motion, number)
+        except ExecutionError as error:
+            self._planner.abort(error)  # the robot may be moving: it stops where the path known by now ends
