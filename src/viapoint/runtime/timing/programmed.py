@@ -49,7 +49,8 @@ def edges(knots: Floats, breaks: Floats, stands: Floats) -> Floats:
 
 
 def on_pieces(spline: Spline, breaks: Floats, bound: SpeedBound) -> Floats:
-    """Smallest programmed speed (n,) on the pieces: both ends, middle, and both sides of breaks inside.
+    """Programmed speeds (3, n) on the pieces: just inside the left end, in the middle, inside the right end;
+    nowhere above those beside breaks that lie inside.
 
     The given start of a section in motion is not bounded. Raises TimingError if a speed is not positive.
     """
@@ -61,12 +62,33 @@ def on_pieces(spline: Spline, breaks: Floats, bound: SpeedBound) -> Floats:
     around = np.concatenate((inside - inset[piece], inside + inset[piece]))
     asked = np.concatenate((low + inset, 0.5 * (low + high), high - inset, around))
     bounds = bound(np.maximum(asked, knots[1]) if spline.fixed else asked)
-    slowest: Floats = bounds[: 3 * n].reshape(3, n).min(axis=0)
+    speeds: Floats = bounds[: 3 * n].reshape(3, n)
     owner = np.clip(np.searchsorted(knots, around, side="right") - 1, 0, n - 1)
-    np.minimum.at(slowest, owner, bounds[3 * n :])
-    if not np.all(slowest > 0.0):
-        where = float(low[np.argmin(slowest > 0.0)])
+    beside = np.full(n, np.inf)
+    np.minimum.at(beside, owner, bounds[3 * n :])
+    speeds = np.minimum(speeds, beside)
+    if not np.all(speeds > 0.0):
+        where = float(low[np.argmin(speeds.min(axis=0) > 0.0)])
         raise TimingError("the programmed speed is not a positive number", where)
     if spline.fixed:
-        slowest[0] = np.inf
-    return slowest
+        speeds[:, 0] = np.inf
+    return speeds
+
+
+def allowed(edges: Floats, speeds: Floats, s: Floats) -> Floats:
+    """Programmed speeds (N-1,) of the ticks from s to s (N,): of the middle, or the slower side of a jump.
+
+    Between the three `speeds` (3, n) of a piece it follows their parabola, never below all of them.
+    """
+    n = speeds.shape[1]
+    piece = np.clip(np.searchsorted(edges, s, side="right") - 1, 0, n - 1)
+    left, middle, right = speeds[:, piece]
+    u = np.clip((s - edges[piece]) / (edges[piece + 1] - edges[piece]), 0.0, 1.0)
+    with np.errstate(invalid="ignore"):
+        curved = left + u * (4.0 * middle - 3.0 * left - right + u * 2.0 * (left + right - 2.0 * middle))
+        jumps = np.abs(speeds[2, :-1] - speeds[0, 1:]) > _JUMP * speeds[0, 1:]
+    here = np.fmax(curved, np.minimum(np.minimum(left, middle), right))
+    passed = np.concatenate(([0], np.cumsum(jumps)))[piece]
+    both = np.stack((here[1:], here[:-1]))
+    result: Floats = np.where(passed[1:] == passed[:-1], both.mean(axis=0), both.min(axis=0))
+    return result

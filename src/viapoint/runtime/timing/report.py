@@ -36,7 +36,7 @@ def of_rows(rows: Rows, problem: Problem, c: Floats) -> Codes:
     jerk = np.maximum(ends[:m], ends[m:]) * np.sqrt(c)
     root = np.sqrt(c)
     axes = np.maximum(np.maximum(acceleration, jerk), rows.axis_speed * root)
-    return _largest(axes, root / rows.programmed)
+    return _largest(axes, root / rows.programmed[1])
 
 
 def _largest(axes: Floats, programmed: Floats) -> Codes:

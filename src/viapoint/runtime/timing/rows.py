@@ -49,7 +49,7 @@ class Rows:
     inverse_max: Floats  # (n,) 1/bound of c
     knot_max: Floats  # (n+1,) bound of x at the knots; inf: none
     axis_speed: Floats  # (m, n) ratio of the axes' speeds to their limits at ṡ = 1
-    programmed: Floats  # (n,) programmed speed of the pieces
+    programmed: Floats  # (3, n) programmed speed at the left end, middle and right end of the pieces
     edges: Floats  # (n+1,) where the programmed speeds change: the knots, or breaks beside them
 
 
@@ -100,8 +100,8 @@ def build(
     """Rows from the curve's first and second derivatives (n+1, m) at the knots, and the third (n, m) just
     inside the left and the right ends of the pieces.
 
-    `programmed` (n,) bounds ṡ on the pieces, between `edges` (n+1,); `in_jerk` (m,) are the jerk limits
-    planned with.
+    `programmed` (3, n) bounds ṡ at the left end, middle and right end of the pieces, between `edges`
+    (n+1,); `in_jerk` (m,) are the jerk limits planned with.
     """
     lo, hi, above, below = _acceleration(spline, first, second, limits)
     left, right = _jerk(spline, first, second, third, in_jerk * JERK_PART)
@@ -183,14 +183,14 @@ def _speed(ends: Floats, middle: Floats, programmed: Floats) -> tuple[Floats, Fl
     Where the bound of x varies over a piece, x follows it if its knots are on it and c where the parabola
     through both ends and the middle has its control point; never below the smallest of the three.
     """
+    rates = np.stack((ends[:-1], middle, ends[1:]))
     with np.errstate(divide="ignore", invalid="ignore"):
-        x, x_middle = 1.0 / ends**2, 1.0 / middle**2
-        three = np.stack((x[:-1], x_middle, x[1:]))
-        low = three.min(axis=0)
-        c = np.fmax(np.minimum(2.0 * x_middle - 0.5 * (x[:-1] + x[1:]), three.max(axis=0)), low)
-    inverse_max = np.maximum(1.0 / c, 1.0 / programmed**2) / SPEED_PART**2
-    beside = np.minimum(np.append(programmed[:1], programmed), np.append(programmed, programmed[-1:]))
-    return inverse_max, np.minimum(x, beside**2) * SPEED_PART**2
+        three = np.minimum(1.0 / rates, programmed) ** 2
+        left, x, right = three
+        c = np.minimum(2.0 * x - 0.5 * (left + right), three.max(axis=0))
+    c = np.fmax(c, three.min(axis=0))
+    knots = np.minimum(np.append(left, right[-1:]), np.append(left[:1], right))
+    return 1.0 / (c * SPEED_PART**2), knots * SPEED_PART**2
 
 
 def _bound_rest(spline: Spline, first: Floats, jerk: Floats, inverse_max: Floats) -> None:

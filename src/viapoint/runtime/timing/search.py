@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from viapoint.runtime.records import Floats
-from viapoint.runtime.timing import solver
+from viapoint.runtime.timing import programmed, solver
 from viapoint.runtime.timing.core import chosen
 from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.law import UNLIMITED, Knots, Quality, TimeLaw, hermite
@@ -184,11 +184,9 @@ class Search:
         return continued_law(self.joint, knots, plan)
 
     def _programmed(self, s: Floats) -> Floats:
-        """Ratio of the ticks' mean speeds to the programmed speed of the slower piece they touch."""
+        """Ratio of the ticks' mean speeds to the programmed ones."""
         rows = self.section.rows
-        piece = np.searchsorted(rows.edges, s, side="right") - 1
-        allowed = rows.programmed[np.clip(piece, 0, len(rows.programmed) - 1)]
-        ratio: Floats = np.diff(s) / (self.ask.tick * np.minimum(allowed[1:], allowed[:-1]))
+        ratio: Floats = np.diff(s) / (self.ask.tick * programmed.allowed(rows.edges, rows.programmed, s))
         return ratio
 
 
