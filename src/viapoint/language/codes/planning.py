@@ -61,11 +61,12 @@ ENTRIES: Final[tuple[Entry, ...]] = (
     ),
     entry(
         "E305",
-        "round edge into another configuration",
-        """A path motion is rounded into a joint move, and the joint move passes a singular pose while it is
-        still within the round edge. The edge is a path and keeps its configuration, the joint move does
-        not, so the two do not meet. Make R smaller, or leave it out.""",
-        "HOME F50\nML X=1700 Y=-100 Z=2600 B=0 R50 F200\nMJ J1=0 J5=20\n",
+        "path does not lead into the joint move",
+        """A path motion passes smoothly into a joint move, and on its way it goes around a singular pose on
+        the other side than the motion as programmed, without its round edges and its neighbours, would. J4
+        and J6 then arrive turned by 360 deg against where the joint move sets out. Let the robot stop in
+        between, with WAIT 0.""",
+        "MJ X=1755 Y=-200 Z=2400 A=0 B=0 C=0 F50\nML Z=2600 F200\nMS Y=200\nMJ Z=2300 F50\n",
     ),
     entry(
         "E306",

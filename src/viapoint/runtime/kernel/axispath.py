@@ -59,6 +59,13 @@ _JOIN_GAP: Final = 1e-6
 """rad between the end of one cell and the start of the next; more is a jump of the joints. Less is what
 rounding leaves beside a singular pose, where J4 and J6 may differ by it and the pose does not."""
 
+_FREE_GAP: Final = 1e-2
+_SAME_POSE: Final = 1e-10
+"""rad; m and rad. Near a singular pose a gap may be rounding if the pose is the same but for it."""
+
+_MOVING_GAP: Final = 1e-9
+"""rad. A larger gap would be felt where the path is passed without a stop."""
+
 _GAP_TO_CLOSE: Final = 1e-13
 """rad. A smaller gap between pieces of path is not seen in the ticks' differences."""
 
@@ -135,7 +142,7 @@ class AxisPath:
         except NearSingular:
             division = divide(self.robot, stretch, configuration, self.q_end, rest)
             compiled = self._patiently(stretch, division.spans)
-        self.append(stretch, [cell for cells in compiled for cell in cells])
+        self.append(stretch, [cell for cells in compiled for cell in cells], at_rest=rest[0])
         return division
 
     def _patiently(self, stretch: Stretch, spans: Sequence[Span]) -> list[Compiled]:
@@ -144,12 +151,12 @@ class AxisPath:
         except NearSingular:
             raise self._jump(stretch, 0.0) from None
 
-    def append(self, stretch: Stretch, compiled: Compiled) -> None:
-        """Put a compiled piece onto the end of the path.
+    def append(self, stretch: Stretch, compiled: Compiled, *, at_rest: bool) -> None:
+        """Put a compiled piece onto the end of the path, which is passed `at_rest` or without a stop.
 
         Raises PlanningError naming the line: joint out of range, JointJump where the joints do not join.
         """
-        coeffs, last = self._chain(stretch, compiled)
+        coeffs, last = self._chain(stretch, compiled, at_rest=at_rest)
         widths = np.array([cell.width for cell in compiled])
         ends = np.cumsum(widths)
         if self.inspect is not None:
@@ -237,7 +244,7 @@ class AxisPath:
             raise out_of_reach(stretch, float(w[0]), "reaches the end of")
         raise self._jump(stretch, float(w[0]))
 
-    def _chain(self, stretch: Stretch, compiled: Compiled) -> tuple[Floats, Floats]:
+    def _chain(self, stretch: Stretch, compiled: Compiled, *, at_rest: bool) -> tuple[Floats, Floats]:
         """Coefficients (C, D+1, n+4), turns and lengths counted on from the end of the path; the new end."""
         n = self.n
         turn = np.where(self.robot.prismatic, 0.0, 2.0 * np.pi)
@@ -248,7 +255,8 @@ class AxisPath:
             turns = turn * np.round(gap / (2.0 * np.pi))
             gap = gap - turns
             turned = stretch.curve.space is Space.JOINT and turns.any()  # its joints are meant as they are
-            if turned or np.abs(gap).max() > _JOIN_GAP:
+            steady = at_rest or number > 0 or stretch.curve.space is Space.JOINT
+            if turned or not self._joins(last[:n], gap, at_rest=steady):
                 raise self._jump(stretch, 0.0 if number == 0 else cell.place(0))
             shift = np.concatenate((turns, np.zeros(self.driven - n), last[self.driven :]))
             moved = cell.coefficients.copy()
@@ -260,6 +268,14 @@ class AxisPath:
             self._check_range(stretch, cell, cell.values + shift)
             last = cell.values[-1] + shift
         return np.stack(chained), last
+
+    def _joins(self, q: Floats, gap: Floats, *, at_rest: bool) -> bool:
+        """Whether joints q (n,) and q − gap are the same but for rounding."""
+        largest = float(np.abs(gap).max())
+        if not at_rest or largest <= _JOIN_GAP:
+            return at_rest or largest <= _MOVING_GAP
+        before, after = self.robot.fk(np.stack((q, q - gap)))
+        return largest <= _FREE_GAP and float(np.abs(before - after).max()) <= _SAME_POSE
 
     def _check_range(self, stretch: Stretch, cell: _Fitted, values: Floats) -> None:
         driven = values[:, : self.driven]
@@ -286,7 +302,7 @@ class AxisPath:
                 "the path before this joint move does not lead into it: beside a singular pose it goes "
                 "another way round than the programmed one",
                 stretch.line,
-                "make R of the motion before smaller, or let the robot stop there first (WAIT 0)",
+                "let the robot stop before it, with WAIT 0",
             )
         return JointJump(
             "E304",

@@ -12,7 +12,7 @@ there). A zero at x + i·d is a miss by d. Not here: spans of path and inverse k
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -30,9 +30,6 @@ below it. A path that comes nearer is taken through the pose: its orientation is
 
 _SMOOTH: Final = 1e-13
 """Trailing coefficients of V below this: the polynomial is V up to rounding."""
-
-_FLAT: Final = 1e-14
-"""Coefficients of a polynomial in its own unit interval below this are rounding."""
 
 _SHORTEST: Final = 1e-5
 """m. V that is not smooth over this much of path is not taken for smooth at all."""
@@ -60,6 +57,11 @@ class Bearing:
     def angle(self, x: Floats) -> Floats:
         """The joint (N,), −π … π, at x (N,) from the centre."""
         return np.asarray(np.angle(_horner(self.coefficients, x / self.scale)))
+
+    def moved(self, centre: float) -> Bearing:
+        """The same, with x counted from another centre, so that it is exact near there."""
+        by = (centre - self.centre) / self.scale
+        return replace(self, centre=centre, coefficients=_moved(self.coefficients, by))
 
 
 def zeros(vector: Vector, begin: float, end: float, near: float) -> list[complex]:
@@ -121,13 +123,13 @@ def _polynomial(vector: Vector, begin: float, end: float, centre: float) -> Comp
     """Coefficients of V, ascending, in (w − centre)/half length; none where V is not smooth."""
     half = 0.5 * (end - begin)
     values = vector(begin + 2.0 * half * chebyshev.NODES)
-    parts = chebyshev.coefficients(np.stack((values.real, values.imag), axis=1)[None])
+    parts = chebyshev.unrounded_coefficients(np.stack((values.real, values.imag), axis=1)[None])
     tail = chebyshev.residual(parts).max()
     series = parts[0, :, 0] + 1j * parts[0, :, 1]
     if tail > _SMOOTH * max(1.0, np.abs(series).max()):
         return np.zeros(0, dtype=np.complex128)
     powers = np.asarray(np.polynomial.chebyshev.cheb2poly(series), dtype=np.complex128)
-    return _trimmed(_moved(powers, (centre - begin) / half - 1.0))
+    return _moved(powers, (centre - begin) / half - 1.0)
 
 
 def _moved(coefficients: Complexes, by: float) -> Complexes:
@@ -137,11 +139,6 @@ def _moved(coefficients: Complexes, by: float) -> Complexes:
         for j in range(len(moved) - 2, k - 1, -1):
             moved[j] += by * moved[j + 1]
     return moved
-
-
-def _trimmed(coefficients: Complexes) -> Complexes:
-    large = np.flatnonzero(np.abs(coefficients) > _FLAT)
-    return coefficients[: large[-1] + 1] if len(large) else coefficients[:1]
 
 
 def _roots(coefficients: Complexes) -> Complexes:

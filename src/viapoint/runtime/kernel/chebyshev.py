@@ -74,9 +74,15 @@ _INTEGRATE: Final = _integration_matrix(DEGREE)
 
 def coefficients(values: Floats) -> Floats:
     """Chebyshev coefficients (C, D+1, m) of functions given at `NODES`: (C, D+1, m)."""
-    result: Floats = np.einsum("kn,cnm->ckm", _TO_COEFFICIENTS, values, optimize=False)
+    result = unrounded_coefficients(values)
     curved = result[:, 2:]
     curved[np.abs(curved) < _ROUNDING] = 0.0
+    return result
+
+
+def unrounded_coefficients(values: Floats) -> Floats:
+    """As `coefficients`, of values that may be tiny."""
+    result: Floats = np.einsum("kn,cnm->ckm", _TO_COEFFICIENTS, values, optimize=False)
     return result
 
 

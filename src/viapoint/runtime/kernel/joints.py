@@ -7,7 +7,7 @@ end in the same joints.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -27,7 +27,8 @@ _LARGEST_STEP: Final = 0.5
 """rad between samples; more, and a turn could be misread."""
 
 _TIE: Final = 1e-9
-"""Distances to the references closer than this are a tie, which the start decides."""
+"""Distances closer than this are a tie: among solutions of an MJ the start decides, among the branches that
+leave a singular pose the order of the configurations."""
 
 _SAME_ARM: Final = 1e-6
 """rad. Branches that meet in a singular pose have the same joints there but for rounding."""
@@ -50,20 +51,29 @@ def motion_target(
     return next(s.joints for s, d in zip(solutions, distances, strict=True) if d <= best + _TIE)
 
 
-def end_joints(robot: Robot, stretch: Stretch, q_start: Floats) -> tuple[Floats, Floats, int]:
-    """Joints (n,) and flange pose (4, 4) in which a path move from q_start ends, followed continuously.
+class PathEnd(NamedTuple):
+    """Where a path move ends: joints (n,), flange pose (4, 4); the configuration in which it leaves.
 
-    Third, the configuration in which it leaves. Raises PlanningError where it leaves the reach.
+    `sure` if joints turn so little on the way that rounding the path cannot change them at its end.
     """
+
+    q: Floats
+    X_base_flange: Floats
+    configuration: int
+    sure: bool
+
+
+def end_joints(robot: Robot, stretch: Stretch, q_start: Floats) -> PathEnd:
+    """The end of a path move from q_start, followed continuously. Raises PlanningError where that fails."""
     configuration, q_leaving = leaving_singular(robot, stretch, q_start)
     X = stretch.flange_poses(np.linspace(0.0, stretch.length, _SAMPLES))
     q, reachable = robot.ik_path(X, configuration, q_leaving)
     smooth = reachable.all() and np.abs(np.diff(q, axis=0)).max() < _LARGEST_STEP
     if smooth and not robot.kinematics.free_joint(X, q).any():
-        return q[-1], X[-1], configuration
+        return PathEnd(q[-1], X[-1], configuration, sure=True)
     axes = AxisPath(robot, q_leaving)
     axes.follow(stretch, configuration, (True, True))
-    return axes.q_end, X[-1], configuration
+    return PathEnd(axes.q_end, X[-1], configuration, sure=False)
 
 
 def tcp_kinematics(robot: Robot, X_flange_tool: Floats) -> Callable[[Floats], Poses]:
@@ -97,7 +107,7 @@ def leaving_singular(
         first = divide(robot, path, index, q_start, (True, True), choose=False).spans[0]
         q, _, _ = first.joints(robot, w, w - first.centre, q_start)
         distance = -1.0 if index == preferred else robot.distance(q[0], q_start)
-        if best is None or distance < best[0]:
+        if best is None or distance < best[0] - _TIE:
             best = (distance, index, q[0])
     return (best[1], best[2]) if best is not None else (int(robot.configuration(q_start)), q_start)
 

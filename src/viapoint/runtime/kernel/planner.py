@@ -142,7 +142,7 @@ class Planner:
         if motion.tool != self._tool:
             self.close(motion.line)
             self._tool = motion.tool
-        if self._resolver.is_fresh_from_singular(motion):
+        if self._resolver.must_stop_before(motion):
             self.close(motion.line)
         if self._open is None:  # the path stops here: what it really ends in is known
             self._take()

@@ -74,6 +74,7 @@ class Resolver:
         self._auxiliary = AuxiliaryAxes.of(cell)
         self.stand = Stand(q_start, self.robot.fk(q_start), self._auxiliary.start)
         self._joint_before = False
+        self._sure = True  # that the joints are those in which the path as rounded will end
 
     def resolve(self, motion: Motion, tag: int) -> Resolved:
         """The move of `motion`, which starts where the last one ended. Raises PlanningError."""
@@ -95,14 +96,18 @@ class Resolver:
         Beside a singular pose it may have gone another way round than the programmed one.
         """
         self.stand = replace(self.stand, q=q)
+        self._sure = True
 
-    def is_fresh_from_singular(self, motion: Motion) -> bool:
-        """Whether a path motion starts where a joint move has ended in a singular pose.
+    def must_stop_before(self, motion: Motion) -> bool:
+        """Whether the robot must stand still before a motion.
 
-        The free joints must turn first, so the robot stops there: no round edge can lead out of a joint move
-        along which a joint stays free.
+        Where a joint move has ended in a singular pose the free joints must turn first: no round edge can
+        lead out of a joint move along which a joint stays free. A joint move behind a path beside a singular
+        pose starts from joints that are not sure before the path is rounded.
         """
-        if not self._joint_before or _KINDS[motion.kind] is MoveKind.JOINT:
+        if _KINDS[motion.kind] is MoveKind.JOINT:
+            return not self._sure
+        if not self._joint_before:
             return False
         stand = self.stand
         return bool(self.robot.kinematics.free_joint(stand.X_base_flange[None], stand.q[None])[0])
@@ -174,8 +179,9 @@ class Resolver:
         if (segment := programmed(move)) is not None:
             piece = Piece(segment, 0.0, segment.length, tag, ends=True, stop=True)
             path = Stretch(piece, invert_pose(X_flange_tool), motion.line, PathLimits.APPLY)
-            q, X, configuration = end_joints(self.robot, path, self.stand.q)
-            end = Stand(q, X, e)
+            reached = end_joints(self.robot, path, self.stand.q)
+            self._sure &= reached.sure
+            end, configuration = Stand(reached.q, reached.X_base_flange, e), reached.configuration
         move = self._with_auxiliary(move, e)
         if auxiliary_alone(move):
             return Resolved(self._joint_line(motion, tag, X_flange_tool, end), UNBOUND, X_flange_tool, end)

@@ -173,7 +173,7 @@ class Route:
             for cells in self.axes.compile([stretch for stretch, _ in waiting], self._configuration or 0):
                 stretch, motion = waiting[done]
                 start = self.end
-                self.axes.append(stretch, cells)
+                self.axes.append(stretch, cells, at_rest=start <= self.stops[-1])
                 self._note(start, motion, stretch)
                 done += 1
         except (NearSingular, JointJump, OutOfReach):

@@ -9,7 +9,6 @@ Not here: sampling and polynomials.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -33,8 +32,14 @@ known to 1e-14 rad without help."""
 _SCAN: Final = 0.15
 """m of path searched for zeros at a time; less where the vector is not smooth over it."""
 
-_TOGETHER: Final = 2e-4
-"""m. Zeros closer than this are one place: they share a span."""
+_TOGETHER: Final = 5e-3
+"""m. Zeros closer than this share a polynomial: between them the vector is too small to change over."""
+
+_SAME_MISS: Final = 3.0
+"""Zeros closer than so many misses are passed as one."""
+
+_SLIVER: Final = 1e-9
+"""m. Less path than this is no span of its own."""
 
 _FAR: Final = 50.0
 """Width of the widened parameter, in misses, below which widening makes nothing smoother."""
@@ -48,9 +53,6 @@ _FINE: Final = 2e-5
 
 _SHORTEST: Final = 1e-5
 """m. A vector that is not smooth even this near to its zero is left alone."""
-
-_CENTRED: Final = 1e-12
-"""Distance of the centre from the miss, in widths, that matters to nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,22 +168,24 @@ class _Divider:
         result: list[Span] = []
         crossed = False
         for span in spans:
+            now = self._beyond(span, joint) if crossed else span
             if span.warp is not None:
-                result.append(self._beyond(span, joint) if crossed else span)
+                result.append(now)
                 continue
             done = span.begin
-            for zero, lowest, highest in self._zeros(span, number, joint):
-                now = self._beyond(span, joint) if crossed else span
-                part = self._around(now, number, joint, zero, max(lowest, done), highest)
-                if part is None:
+            for together in self._zeros(span, number):
+                near = self._around(now, number, joint, together, done)
+                if near is None:
                     continue
-                if part.begin > done:
-                    result.append(_part(now, done, part.begin))
-                result.append(part)
-                done = part.end
-                crossed ^= part.bearings[-1].within % 2 == 1
+                if near.begin > done:
+                    result.append(_part(now, done, near.begin))
+                result += self._widened(near)
+                done = near.end
+                if near.bearings[-1].within % 2 == 1:
+                    crossed = not crossed
+                    now = self._beyond(now, joint)
             if done < span.end:
-                result.append(_part(self._beyond(span, joint) if crossed else span, done, span.end))
+                result.append(_part(now, done, span.end))
         return result
 
     def turns_round(self, first: Span, joint: int) -> bool:
@@ -199,80 +203,90 @@ class _Divider:
         q, _, X = span.joints(self._robot, w, w - span.centre, self._reference)
         return self._robot.kinematics.free_vectors(X, q, span.configuration)[:, number]
 
-    def _zeros(self, span: Span, number: int, joint: int) -> Iterator[tuple[complex | None, float, float]]:
-        """Zeros on a span and the limits of the part around each; None: the joint is free all along it."""
+    def _zeros(self, span: Span, number: int) -> list[list[complex]]:
+        """Zeros on a span, those together in one list; an empty one: the joint is free all along it."""
         vector = partial(self._vector, span, number)
         edges = np.linspace(span.begin, span.end, max(1, round((span.end - span.begin) / _SCAN)) + 1)
         if np.all(np.abs(vector(np.linspace(span.begin, span.end, 2 * len(edges) + 1))) < SINGULAR):
-            yield None, span.begin, span.end
-            return
+            return [[]]
         found = [w for a, b in pairwise(edges.tolist()) for w in zeros(vector, a, b, _NEAR)]
-        places = _places(found)
-        limits = [span.begin, *(0.5 * (a.real + b.real) for a, b in pairwise(places)), span.end]
-        for k, place in enumerate(places):
-            yield place, *np.clip(limits[k : k + 2], span.begin, span.end).tolist()
+        groups: list[list[complex]] = []
+        for zero in sorted(found, key=lambda zero: (zero.real, zero.imag)):
+            if groups and zero.real - groups[-1][-1].real <= _TOGETHER:
+                groups[-1].append(zero)
+            else:
+                groups.append([zero])
+        return groups
 
-    def _around(
-        self, span: Span, number: int, joint: int, zero: complex | None, lowest: float, highest: float
-    ) -> Span | None:
-        """The part of a span around a zero, within limits; None where the vector is not smooth there."""
-        if zero is None:
+    def _around(self, span: Span, number: int, joint: int, near: list[complex], done: float) -> Span | None:
+        """The part of a span behind `done` around zeros that are together; None where that is not smooth."""
+        if not near:
             bearing = held(joint, float(self._reference[joint]))
             return replace(span, bearings=(*span.bearings, bearing))
         vector = partial(self._vector, span, number)
-        centre, width = zero.real, _WIDTH
+        first, last = near[0].real, near[-1].real
+        width = _WIDTH
         while width > _SHORTEST:
-            begin, end = max(lowest, centre - width), min(highest, centre + width)
+            begin, end = max(done, first - width), min(span.end, last + width)
             if end <= begin:
                 return None
+            centre = 0.5 * (begin + end)
             fitted = fit(vector, joint, centre, begin, end, _NEAR)
-            if fitted is None:
-                width *= 0.5
-                continue
-            off = _nearest(fitted).real
-            if abs(off) <= _CENTRED * width:
-                break
-            centre += off
-        else:
-            return None
-        warp = self._warp(abs(_nearest(fitted).imag), centre, lowest, highest, width)
-        if warp is not None:
-            begin, end = max(begin, centre - warp.width), min(end, centre + warp.width)
-        return replace(
-            span, begin=begin, end=end, centre=centre, bearings=(*span.bearings, fitted), warp=warp
-        )
+            if fitted is not None:
+                bearings = (*span.bearings, fitted)
+                return replace(span, begin=begin, end=end, centre=centre, bearings=bearings)
+            width *= 0.5
+        return None
 
-    def _warp(self, miss: float, centre: float, lowest: float, highest: float, width: float) -> Warp | None:
+    def _widened(self, near: Span) -> list[Span]:
+        """A part around zeros, with the surroundings of every miss widened that needs it."""
+        bearing = near.bearings[-1]
+        misses = sorted(bearing.misses, key=lambda miss: abs(miss.imag))
+        spans: list[Span] = []
+        for k, miss in enumerate(misses):
+            apart = min((abs(other.real - miss.real) for other in misses[:k]), default=np.inf)
+            if apart > _SAME_MISS * abs(miss.imag):
+                spans += self._widening(near, miss, 0.5 * apart)
+        spans.sort(key=lambda span: span.begin)
+        result: list[Span] = []
+        done = near.begin
+        for span in spans:
+            if span.begin < done - _SLIVER:
+                continue
+            if span.begin - done > _SLIVER:
+                result.append(_part(near, done, span.begin))
+            result.append(span if span.begin - done > _SLIVER else replace(span, begin=done))
+            done = span.end
+        if near.end - done > _SLIVER:
+            return [*result, _part(near, done, near.end)]
+        return [*result[:-1], replace(result[-1], end=near.end)]
+
+    def _widening(self, near: Span, miss: complex, room: float) -> list[Span]:
+        """The widened part around one miss, with so much room; none where it needs none or there is none."""
+        bearing = near.bearings[-1]
+        centre, distance = bearing.centre + miss.real, abs(miss.imag)
+        warp = self._warp(distance, centre, near, room)
+        if warp is None:
+            return []
+        bearings = (*near.bearings[:-1], bearing.moved(centre))
+        begin, end = max(near.begin, centre - warp.width), min(near.end, centre + warp.width)
+        if end <= begin:
+            return []
+        return [replace(near, begin=begin, end=end, centre=centre, bearings=bearings, warp=warp)]
+
+    def _warp(self, miss: float, centre: float, near: Span, room: float) -> Warp | None:
         """The widening for a miss; where an end of the path leaves it no room the path must stand still."""
-        if miss == 0.0:
-            return None
         need = max(_FAR * miss, _LEAST_WIDTH)
-        outer = lowest <= 0.0, highest >= self._path.length
-        room = [centre - lowest, highest - centre]
+        ends = near.begin <= 0.0, near.end >= self._path.length
+        rooms = [centre - near.begin, near.end - centre]
         for side in (0, 1):
-            if outer[side] and not self._rest[side] and miss < _FINE and abs(room[side]) < need:
+            if ends[side] and not self._rest[side] and miss < _FINE and abs(rooms[side]) < need:
                 self.stops[side] = True
-            if outer[side] and (self._rest[side] or self.stops[side]):
-                room[side] = np.inf
-        width = min(width, *room)
+            if ends[side] and (self._rest[side] or self.stops[side]):
+                rooms[side] = np.inf
+        width = min(_WIDTH, room, *rooms)
         return Warp(miss, width) if width >= _FAR * miss else None
 
 
 def _part(span: Span, begin: float, end: float) -> Span:
     return replace(span, begin=begin, end=end, centre=begin)
-
-
-def _nearest(bearing: Bearing) -> complex:
-    """The miss that is nearest to the path, x + i·d; 0 without any."""
-    return min(bearing.misses, key=lambda miss: abs(miss.imag), default=0j)
-
-
-def _places(found: list[complex]) -> list[complex]:
-    """Zeros in the order of the path; of those together, the one nearest to it."""
-    places: list[complex] = []
-    for zero in sorted(found, key=lambda zero: (zero.real, zero.imag)):
-        if not places or zero.real - places[-1].real > _TOGETHER:
-            places.append(zero)
-        elif abs(zero.imag) < abs(places[-1].imag):
-            places[-1] = zero
-    return places

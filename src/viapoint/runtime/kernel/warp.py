@@ -40,14 +40,18 @@ class Warp:
         return _SHARE * self.width
 
     def parameter(self, x: Floats) -> Floats:
-        """s (N,) from the place of the miss at x (N,), |x| ≤ width."""
-        return self._sum(np.arcsinh(x / self.distance))
+        """s (N,) from the place of the miss at x (N,)."""
+        inside = np.clip(x, -self.width, self.width)
+        return self._sum(np.arcsinh(inside / self.distance)) + (x - inside)
 
     def place(self, s: Floats) -> Floats:
         """x (N,) at s (N,): the inverse, to the relative precision of x."""
         d, lam = self.distance, self.scale
         high = np.full_like(s, np.arcsinh(self.width / d))
         low = -high
+        outermost = self._sum(high)
+        outside = s - np.clip(s, -outermost, outermost)
+        s = s - outside
         a = np.clip(s / lam, low, high)
         for _ in range(_STEPS):
             over = self._sum(a) - s
@@ -57,7 +61,7 @@ class Warp:
             if np.all(np.abs(following - a) <= 1e-16 * np.abs(a)):
                 break
             a = following
-        result: Floats = d * np.sinh(a)
+        result: Floats = d * np.sinh(a) + outside
         return result
 
     def rate(self, x: Floats) -> Floats:
