@@ -40,6 +40,7 @@ docs-check: setup
 check: test lint types contracts docs-check
 
 bench: setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
 	$(BIN)/python benchmarks/run.py
 
 goldens: setup

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,18 @@ JERK_TOLERANCE = 1.05
 
 NEAR_REST = 0.05
 """Distance of nodes beside a rest end, in times from rest."""
+
+FIRST_SHARE = 0.5
+"""Part of the law's x that the solver starts from: inside most limits."""
+
+SOLVER = {
+    "print_time": False,
+    "ipopt.print_level": 0,
+    "ipopt.sb": "yes",
+    "ipopt.tol": 1e-5,
+    "ipopt.acceptable_tol": 1e-4,
+    "ipopt.mu_strategy": "adaptive",
+}
 
 BESIDE = 1e-9
 """Part of a piece by which one-sided derivatives are read beside a break."""
@@ -138,61 +151,49 @@ def optimum(section: Section, times: Times, spacing: float, seconds: float) -> O
 
     Direct collocation over s: x = ṡ² and u = s̈ at nodes, u linear between them (so x₊ = x + h (u + u₊)
     exactly), every limit at every node, jerk at both ends of every interval:
-    d³q/dt³ = (q′ u′ + 3 q″ u + q‴ x) √x. The first and the last interval, from and to rest, have constant jerk:
-    x ~ s^(4/3), u = 2x/3h there. Nodes stand `spacing` s apart in the time of `times` (s, t), a law to start
-    from, and at every break. `seconds` limits the solver's time.
+    d³q/dt³ = (q′ u′ + 3 q″ u + q‴ x) √x. The first and the last interval, from and to rest, have constant
+    jerk: x ~ s^(4/3), u = 2x/3h there. Nodes stand `spacing` s apart in the time of `times` (s, t), a law to
+    start from, and at every break. `seconds` limits the solver's time.
     """
     import casadi as ca
 
     s, guess = _nodes(section, times, spacing)
-    h = np.diff(s)
-    n = len(s) - 2  # inner nodes; at the ends x = 0
-    top = _top(section, s)
+    h, n = np.diff(s), len(s) - 2  # n inner nodes; at the ends x = 0
     scale = np.maximum(guess, 1e-3 * guess.max())
-    x_scaled, u = ca.SX.sym("x", n), ca.SX.sym("u", n)
-    x = ca.DM(scale) * x_scaled
-    inner = h[1:-1]
-    acceleration_scale = float((scale / h[1:]).max())
-    accelerate = ca.DM([acceleration_scale]) * u
-    root = ca.sqrt(x)
-    equal = [
-        (x[1:] - x[:-1] - ca.DM(inner) * (accelerate[1:] + accelerate[:-1]))
-        / acceleration_scale
-        / ca.DM(inner),
-        (accelerate[0] - 2 * x[0] / (3 * h[0])) / acceleration_scale,
-        (accelerate[n - 1] + 2 * x[n - 1] / (3 * h[-1])) / acceleration_scale,
-    ]
-    rows = _rows(section, s, x, accelerate, ca)
-    # Simpson's rule of 1/√x over each interval, x in its middle exactly
-    middle = 0.5 * (x[1:] + x[:-1]) - ca.DM(inner) * (accelerate[1:] - accelerate[:-1]) / 4
-    time = ca.sum1(ca.DM(inner) / 6 * (1 / root[1:] + 1 / root[:-1] + 4 / ca.sqrt(middle)))
-    time += 3 * h[0] / root[0] + 3 * h[-1] / root[n - 1]
-    g = ca.vertcat(*equal, *rows)
-    count = n + 1
-    nlp = {"x": ca.vertcat(x_scaled, u), "f": time, "g": g}
-    options = {
-        "print_time": False,
-        "ipopt.print_level": 0,
-        "ipopt.sb": "yes",
-        "ipopt.tol": 1e-5,
-        "ipopt.acceptable_tol": 1e-4,
-        "ipopt.mu_strategy": "adaptive",
-        "ipopt.max_wall_time": seconds,
-    }
-    solver = ca.nlpsol("solver", "ipopt", nlp, options)
-    x0 = 0.5 * guess
-    u0 = np.gradient(0.5 * x0, s[1:-1])
-    bound = np.ones(g.shape[0])
-    lower = -bound
-    lower[:count] = bound[:count] = 0.0
+    u_scale = float((scale / h[1:]).max())
+    variables = ca.SX.sym("x", n), ca.SX.sym("u", n)
+    x, u = ca.DM(scale) * variables[0], u_scale * variables[1]
+    equal = [row / u_scale for row in _dynamics(h, x, u, ca)]
+    g = ca.vertcat(*equal, *_rows(section, s, x, u, ca))
+    nlp = {"x": ca.vertcat(*variables), "f": _time(h, x, u, ca), "g": g}
+    solver = ca.nlpsol("solver", "ipopt", nlp, SOLVER | {"ipopt.max_wall_time": seconds})
+    x0 = FIRST_SHARE * guess
+    upper = np.ones(g.shape[0])
+    lower = -upper
+    lower[: n + 1] = upper[: n + 1] = 0.0
     result = solver(
-        x0=np.concatenate((x0 / scale, u0 / acceleration_scale)),
+        x0=np.concatenate((x0 / scale, np.gradient(0.5 * x0, s[1:-1]) / u_scale)),
         lbx=np.concatenate((np.full(n, 1e-9), np.full(n, -np.inf))),
-        ubx=np.concatenate((top[1:-1] ** 2 / scale, np.full(n, np.inf))),
+        ubx=np.concatenate((_top(section, s)[1:-1] ** 2 / scale, np.full(n, np.inf))),
         lbg=lower,
-        ubg=bound,
+        ubg=upper,
     )
     return Optimum(float(result["f"]), str(solver.stats()["return_status"]), 2 * n)
+
+
+def _dynamics(h: Floats, x: Any, u: Any, ca: Any) -> tuple[Any, Any, Any]:
+    """What must be zero: how x changes between nodes, and u beside rest."""
+    inner, n = ca.DM(h[1:-1]), x.shape[0]
+    change = (x[1:] - x[:-1]) / inner - (u[1:] + u[:-1])
+    return change, u[0] - 2 * x[0] / (3 * h[0]), u[n - 1] + 2 * x[n - 1] / (3 * h[-1])
+
+
+def _time(h: Floats, x: Any, u: Any, ca: Any) -> Any:
+    """The duration: Simpson's rule of 1/√x over each interval, x in its middle exactly; 3h/√x beside rest."""
+    inner, root, n = ca.DM(h[1:-1]), ca.sqrt(x), x.shape[0]
+    middle = 0.5 * (x[1:] + x[:-1]) - inner * (u[1:] - u[:-1]) / 4
+    between = ca.sum1(inner / 6 * (1 / root[1:] + 1 / root[:-1] + 4 / ca.sqrt(middle)))
+    return between + 3 * h[0] / root[0] + 3 * h[-1] / root[n - 1]
 
 
 def _nodes(section: Section, times: Times, spacing: float) -> tuple[Floats, Floats]:
@@ -208,7 +209,7 @@ def _nodes(section: Section, times: Times, spacing: float) -> tuple[Floats, Floa
     inner = section.inner()
     edges = np.concatenate(([s[1]], inner[(inner > s[1]) & (inner < s[-2])], [s[-2]]))
     at = np.interp(np.interp(edges, s, t), clock, count)
-    places = [np.linspace(a, b, max(2, round(b - a)) + 1)[:-1] for a, b in zip(at, at[1:], strict=False)]
+    places = [np.linspace(a, b, max(2, round(b - a)) + 1)[:-1] for a, b in pairwise(at)]
     grid = np.interp(np.interp(np.concatenate(places), count, clock), t, s)
     grid = np.unique(np.concatenate(([section.begin], grid, edges, [section.end])))
     grid = grid[np.concatenate(([True], np.diff(grid) > 1e-8))]
@@ -224,7 +225,7 @@ def _top(section: Section, s: Floats) -> Floats:
 
 
 def _rows(section: Section, s: Floats, x: Any, u: Any, ca: Any) -> list[Any]:
-    """Acceleration at the inner nodes, jerk at both ends of the intervals between them, in units of limits."""
+    """Acceleration at the inner nodes, jerk at both ends of all intervals, in units of their limits."""
     limits = section.limits
     h, root = np.diff(s)[1:-1], ca.sqrt(x)
     h_rest = s[1] - s[0], s[-1] - s[-2]

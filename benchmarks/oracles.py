@@ -83,7 +83,8 @@ def first_table(programs: Sequence[paths.Program]) -> None:
 
 def second_table(programs: Sequence[paths.Program]) -> list[str]:
     print(
-        f"\n{'jerk raised 1000-fold':36} {'run s':>8} {'whole s':>8} {'TOPP-RA':>8} {'run /':>7} {'whole /':>7}"
+        f"\n{'jerk raised 1000-fold':36} {'run s':>8} {'whole s':>8}"
+        f" {'TOPP-RA':>8} {'run /':>7} {'whole /':>7}"
     )
     ratios, wholes = [], []
     for program in programs:
@@ -107,7 +108,8 @@ def second_table(programs: Sequence[paths.Program]) -> list[str]:
 
 def third_table(programs: Sequence[paths.Program], spacing: float) -> list[str]:
     print(
-        f"\n{'jerk-limited optimum':36} {'jerk/acc':>8} {'run s':>8} {'whole s':>8} {'NLP s':>8} {'run /':>7} {'whole /':>7}"
+        f"\n{'jerk-limited optimum':36} {'jerk/acc':>8} {'run s':>8} {'whole s':>8}"
+        f" {'NLP s':>8} {'run /':>7} {'whole /':>7}"
     )
     verdicts = []
     for jerk in (USUAL, SHARP):

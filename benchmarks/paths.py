@@ -92,8 +92,8 @@ def _contours() -> Iterator[Program]:
     wide = [(0.0, 0.0), (300.0, 0.0), (300.0, 400.0), (-200.0, 400.0), (-200.0, -400.0), (300.0, -400.0)]
     yield Program("rectangle F2000 R60", polyline(wide, 60.0, 2000))
     yield Program("slot: lines and arcs", _slot())
-    yield Program("circle of 50 mm F500", _circle(360.0))
-    yield Program("three turns of it", _circle(1080.0))
+    yield Program("circle of 50 mm F500", circle(360.0))
+    yield Program("three turns of it", circle(1080.0))
 
 
 def _slot() -> str:
@@ -106,7 +106,7 @@ def _slot() -> str:
     return program(start(X - 100.0, Y - 40.0), lines)
 
 
-def _circle(angle: float) -> str:
+def circle(angle: float) -> str:
     target = f"MC X={X - 50:.3f} Y={Y:.3f} QX={X:.3f} QY={Y + 50:.3f} QZ={Z:.3f} H{angle:g} F500"
     return program(start(X + 50.0, Y), (target,))
 
