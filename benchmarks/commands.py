@@ -1,4 +1,4 @@
-"""Random commands at random ticks over random programs: how many runs keep every limit and end where they should.
+"""Random commands at random ticks over random programs: how many runs keep every limit and end in place.
 
 python benchmarks/commands.py [runs] [first seed]
 """

@@ -84,7 +84,8 @@ def run(session: Session) -> Cost:
 
 def _watch(session: Session, log: _Log) -> None:
     kernel = session.kernel
-    planner, mover, blocks, route = kernel.planner, kernel.mover, kernel.blocks, kernel.planner.route
+    planner, mover, blocks = kernel.planner, kernel.mover, kernel.execution.blocks
+    route = planner.route
     buffer: Any = planner._buffer
 
     def covered() -> float:

@@ -272,13 +272,9 @@ class Mover:
         return pieces <= _RENEW_PIECES or law.s_end - self.s < 0.5 * self._reach(self.s)
 
     def _reach(self, s: float) -> float:
-        """How far from s the route should be known: some stopping distances from the speed programmed there."""
-        ends = self._route.ends
-        k = bisect.bisect_right(ends, s)
-        ahead = np.array([s, *ends[k : k + _HORIZON_PIECES]])
+        """How far from s the route should be known: some stopping distances from the programmed speed."""
         path = self._path
-        bound = float(self._route.speed_bound(ahead).max()) if self._route.end > 0.0 else np.inf
-        speed = min(path.speed, bound)
+        speed = min(path.speed, self._route.fastest(s, _HORIZON_PIECES))
         return _STOPPING_SHARE * speed * (0.5 * speed / path.deceleration + path.acceleration / path.jerk)
 
     def _horizon(self, s: float) -> float:

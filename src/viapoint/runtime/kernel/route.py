@@ -136,6 +136,12 @@ class Route:
         joint_space = np.asarray(self._joint_space[first:last])[k]
         return rate_bounds(rules, joint_space, self.axes.rates(s))
 
+    def fastest(self, s: float, pieces: int) -> float:
+        """The largest speed programmed on so many pieces from s on, in each motion's measure; inf: none."""
+        first = max(0, bisect.bisect_right(self._bounds_at, s) - 1)
+        ahead = zip(self._rules[first : first + pieces], self._joint_space[first:], strict=False)
+        return max((rule[0] if joint else rule[4] for rule, joint in ahead), default=np.inf)
+
     def forget(self, s: float, tag: int) -> None:
         """Drop what lies before s and the motions before `tag`: the robot will not come back there."""
         self.axes.forget(s)
