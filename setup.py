@@ -1,31 +1,35 @@
-"""Build of the optional compiled core; everything else stands in pyproject.toml.
+"""Build of the optional compiled modules; everything else stands in pyproject.toml.
 
 Without a compiler, or without Cython, the installation goes on and the numpy twin does the work.
 """
 
 import sys
+from pathlib import Path
 
 from setuptools import Extension, setup
 
 
-def compiled_core() -> list[Extension]:
-    """The extension, or nothing where Cython is missing."""
+def compiled_modules() -> list[Extension]:
+    """Every `_name.pyx` of the runtime, or nothing where Cython is missing."""
     try:
         from Cython.Build import cythonize
     except ImportError:
-        print("viapoint: no Cython, the compiled core is left out", file=sys.stderr)
+        print("viapoint: no Cython, the compiled modules are left out", file=sys.stderr)
         return []
     strict = [] if sys.platform == "win32" else ["-O3", "-ffp-contract=off"]
-    folder = "src/viapoint/runtime/timing/"
-    core = Extension(
-        "viapoint.runtime.timing._core",
-        [folder + "_core.pyx"],
-        depends=[folder + "_core.pyx", folder + "_loops.h"],
-        extra_compile_args=strict,
-    )
-    (built,) = cythonize([core], quiet=True)
-    built.optional = True  # a failing compiler is a warning; cythonize does not hand this on
-    return [built]
+    modules = [
+        Extension(
+            ".".join(source.relative_to("src").with_suffix("").parts),
+            [str(source)],
+            depends=[str(source), *sorted(str(header) for header in source.parent.glob("_*.h"))],
+            extra_compile_args=strict,
+        )
+        for source in sorted(Path("src/viapoint/runtime").rglob("_*.pyx"))
+    ]
+    built: list[Extension] = cythonize(modules, quiet=True)
+    for module in built:
+        module.optional = True  # a failing compiler is a warning; cythonize does not hand this on
+    return built
 
 
-setup(ext_modules=compiled_core())
+setup(ext_modules=compiled_modules())

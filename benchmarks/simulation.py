@@ -19,10 +19,10 @@ from pathlib import Path
 
 import probe
 
+from viapoint.runtime import core
 from viapoint.runtime.cell import Cell, load_cell, parse_cell
 from viapoint.runtime.recording import REVOLUTE, Axis, Recorder, RunInfo
 from viapoint.runtime.signals import Scenario, load_scenario
-from viapoint.runtime.timing import core
 from viapoint.session import Listener, Loaded, Session, compile_file, compile_text
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
@@ -139,7 +139,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     chosen = parser.parse_args(arguments)
     rounds = 1 if chosen.quick else chosen.rounds
     jobs = [example("contour"), example("pick_and_place"), dense(400 if chosen.quick else 2000)]
-    names = ("python",) if core.compiled() is None else ("compiled", "python")
+    names = ("python",) if core.built("timing._core") is None else ("compiled", "python")
     _once(jobs[1], recorded=True)  # imports and first use are not what is measured
     print(HEAD)
     verdicts = []

@@ -219,7 +219,7 @@ def milliseconds(work: Callable[[], object], name: str) -> float:
 def main() -> None:
     """Print one line per path and jerk limit."""
     bounds = {p.name: acceleration_bound(p) for p in paths(1.0)}
-    fast = "compiled" if core.compiled() else "python"
+    fast = "compiled" if core.built("timing._core") else "python"
     print(f"tick {TICK * 1e3:g} ms, numerics: {fast}; times are CPU time")
     print(
         f"{'path':24} {'j/a':>5} {'T s':>7} {'bound':>7} {'ratio':>6}  {'speed':>6} {'accel':>6} {'jerk':>6}"

@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 from timing_curves import limits, random_waves, steps
 
-from viapoint.runtime.timing import core, extend, plan
+from viapoint.runtime import core
+from viapoint.runtime.timing import core as numerics
+from viapoint.runtime.timing import extend, plan
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_twin_and_core_give_the_same_laws(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    if core.compiled() is None:
-        assert core.chosen() is core.TWIN
+    if core.built("timing._core") is None:
+        assert numerics.chosen() is numerics.TWIN
         return
     print(f"seed {seed}")
     curve, lim = random_waves(seed, 5, 1.0), limits(5, 2.0, 9.0, (90.0, 400.0, 1e5)[seed % 3])
@@ -32,11 +34,10 @@ def test_twin_and_core_give_the_same_laws(seed: int, monkeypatch: pytest.MonkeyP
 
 def test_the_choice(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(core.VARIABLE, "python")
-    assert core.chosen().name == "python"
+    assert numerics.chosen().name == "python"
     monkeypatch.setenv(core.VARIABLE, "fortran")
     with pytest.raises(ValueError, match="must be auto, python or compiled"):
-        core.chosen()
+        numerics.chosen()
     monkeypatch.setenv(core.VARIABLE, "compiled")
-    monkeypatch.setattr(core, "compiled", lambda: None)
     with pytest.raises(ValueError, match="not built"):
-        core.chosen()
+        core.chosen("timing._not_there")
