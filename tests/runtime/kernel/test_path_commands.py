@@ -8,6 +8,8 @@ from command_runs import CommandRun
 
 from viapoint.runtime.cell import default_cell
 from viapoint.runtime.kernel import State
+from viapoint.runtime.kernel.axispath import AxisPath
+from viapoint.runtime.records import Floats
 from viapoint.session import Session, Status, compile_text
 
 PROGRAM = """\
@@ -24,6 +26,20 @@ def test_random_commands(seed: int) -> None:
     run = CommandRun(seed)
     wrong = run.check()
     assert not wrong, f"seed {seed}: {wrong}\n{run.describe()}"
+
+
+def test_no_trial_law_crawls(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked_at = []
+    values = AxisPath.values
+
+    def counted(path: AxisPath, s: Floats) -> Floats:
+        looked_at.append(len(s))
+        return values(path, s)
+
+    monkeypatch.setattr(AxisPath, "values", counted)
+    CommandRun(16).disturbed()  # an override is lowered where no law slows down at once
+    assert looked_at
+    assert max(looked_at) < 50_000
 
 
 def session_at(tick: int) -> Session:

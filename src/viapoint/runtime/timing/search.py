@@ -38,6 +38,13 @@ _GAP_OF_SENSE: Final = 0.2
 _VIOLATION_OF_SENSE: Final = 0.05
 """A solve that ends above these has met rows that contradict each other."""
 
+_CRAWLS: Final = 20.0
+"""Durations, in estimated ones, beyond which a law in motion crawls: rows that were tightened against a
+given start are then met by standing all but still, and every pass slows it down tenfold."""
+
+_UNCHECKED: Final = (math.inf, math.inf, math.inf)
+"""Peaks of a law that is refused without looking at its ticks: there may be millions."""
+
 
 @dataclass(frozen=True, slots=True)
 class Joint:
@@ -107,7 +114,9 @@ class Search:
         c = self._solve(self.section.start, factors, _ROUGHLY)
         c = c if c is None else self._solve(c, factors, _FINALLY)
         law, s, r = self._judge(self.section.start if c is None else c, factors)
-        while c is not None and self.passes < _PASSES and not within(law.quality.peaks):
+        while (
+            c is not None and self.passes < _PASSES and not (within(law.quality.peaks) or self._crawls(law))
+        ):
             factors = tighten(factors, self.spline.knots, s, r, self.spline.fixed, self.passes)
             c = self._solve(c, factors, _FINALLY)
             if c is not None:
@@ -145,6 +154,13 @@ class Search:
         """The law of c, the parameters at its ticks and their ratios."""
         self.passes += 1
         law = self._joined(self._knots(c), Plan(self.spline, c, factors, self._first_knot()))
+        if self._crawls(law):
+            none = np.zeros(0)
+            return (
+                judged(law, Quality("spline", passes=self.passes, peaks=_UNCHECKED)),
+                none,
+                Ratios(none, none, none),
+            )
         since = 0.0 if self.joint is None else self.joint.t
         s, q = set_points(self.ask, law, since)
         r = ratios(self.ask, q, self._programmed(s))
@@ -152,6 +168,10 @@ class Search:
             "spline", 0 if self.solved is None else self.solved.iterations, self.passes, 1.0, r.peaks
         )
         return judged(law, quality), s, r
+
+    def _crawls(self, law: TimeLaw) -> bool:
+        """Whether a law in motion takes so long that its rows cannot be meant."""
+        return self.joint is not None and law.duration - self.joint.t > _CRAWLS * self.section.expected
 
     def _knots(self, c: Floats) -> Knots:
         """Times (from the first knot), positions, speeds, accelerations; rest pieces included."""

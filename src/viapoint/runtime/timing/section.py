@@ -5,7 +5,7 @@ A section runs from rest, or from a state in motion, to rest. Not here: the loop
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -79,11 +79,12 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Rows, the solver's start (n,), first factors."""
+    """Rows, the solver's start (n,), first factors, and the estimated duration (s)."""
 
     rows: Rows
     start: Floats
     tightening: Tightening
+    expected: float
 
 
 def from_rest(ask: Request, est: Estimate, s_start: float) -> Section:
@@ -93,7 +94,8 @@ def from_rest(ask: Request, est: Estimate, s_start: float) -> Section:
     marks = _marks(ask, s_start, s_start + rest, est, length)
     knots = knotting.place(est, marks, knotting.spacing(est, ask.tick), ask.tick)
     spline = make(knots, rest, ask.s_end - marks[-1])
-    return Section(_rows(ask, spline), guess(est, spline), Tightening.none(len(spline.width)))
+    none = Tightening.none(len(spline.width))
+    return Section(_rows(ask, spline), guess(est, spline), none, float(est.t[-1]))
 
 
 def from_motion(ask: Request, est: Estimate, state: State) -> Section:
@@ -116,7 +118,7 @@ def with_state(ask: Request, est: Estimate, knots: Floats, rest_end: float, stat
     spline = make(np.concatenate(([knots[0] - before], knots)), 0.0, rest_end)
     start = guess(est, spline)
     start[:2] = x - 0.5 * slope * before, x + 0.5 * slope * ahead
-    return Section(_rows(ask, spline), start, Tightening.none(len(spline.width)))
+    return Section(_rows(ask, spline), start, Tightening.none(len(spline.width)), float(est.t[-1]))
 
 
 def continued(ask: Request, est: Estimate, state: State, old: Plan | None, pieces: int) -> Section:
@@ -162,7 +164,7 @@ def _resumed(section: Section, old: Plan, first: int, last: int) -> Section:
     now.speed[1 : k + 1] = old.tightening.speed[first:last]
     now.acceleration[:4] /= _LOOSER_ACCELERATION
     now.jerk[:3] /= _LOOSER_JERK
-    return Section(section.rows, start, now)
+    return replace(section, start=start, tightening=now)
 
 
 def _marks(ask: Request, s_start: float, first: float, est: Estimate, length: float) -> Floats:
