@@ -5,16 +5,18 @@ A block ends every `BLOCK_TICKS` ticks, whatever the windows: a recording does n
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from dataclasses import fields as dataclass_fields
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..records import Window
 from .info import Floats
 from .schemas import ANY, AXES, COLUMNS, FIRST_TICK
-from .wire import WireError, bytes_field, read_fields, varint_field
+from .wire import LENGTH, WireError, read_fields, tag, varint, varint_field
 
 # One second at 1 ms: what a crash may cost, and little enough overhead per tick.
 BLOCK_TICKS = 1000
@@ -32,29 +34,33 @@ class Joined(Window):
     earlier_actual: Floats  # (0…2, n)
     last_position: Floats | None  # (3,) the row before
 
-    def derivatives(self, tick_s: float) -> tuple[Floats, Floats]:
-        """(N, n) speeds and accelerations of the actual joints, backward differences; 0 before t = 0."""
+    def derivatives(self, rows: npt.NDArray[np.intp], tick_s: float) -> tuple[Floats, Floats]:
+        """(K, n) speeds and accelerations of the actual joints in some rows (K,), backward differences.
+
+        0 before t = 0.
+        """
         missing = 2 - len(self.earlier_actual)
         first = self.earlier_actual[:1] if len(self.earlier_actual) else self.actual[:1]
-        padding = np.repeat(first, missing, axis=0)
-        joints = np.concatenate((padding, self.earlier_actual, self.actual))
-        speed = np.diff(joints, axis=0) / tick_s
-        return speed[1:], np.diff(speed, axis=0) / tick_s
+        joints = np.concatenate((*[first] * missing, self.earlier_actual, self.actual))
+        before = joints[rows + 1]
+        speed, earlier = (joints[rows + 2] - before) / tick_s, (before - joints[rows]) / tick_s
+        return speed, (speed - earlier) / tick_s
 
     def joint_steps(self) -> Floats:
-        """(N,) largest change of a set point since the tick before."""
+        """(N,) how far the set points are from those of the tick before, all joints together."""
         before = self.earlier_joints[-1:] if len(self.earlier_joints) else self.joints[:1]
-        steps: Floats = np.abs(np.diff(np.concatenate((before, self.joints)), axis=0)).max(axis=-1)
-        return steps
+        steps = np.diff(np.concatenate((before, self.joints)), axis=0)
+        length: Floats = np.sqrt(np.einsum("ij,ij->i", steps, steps))
+        return length
 
     def encode(self) -> bytes:
         """As a viapoint.TraceBlock."""
         parts = [varint_field(FIRST_TICK, self.first_tick), varint_field(AXES, self.joints.shape[1])]
+        same = self.actual is self.joints or np.array_equal(self.actual, self.joints)
         for column in COLUMNS:
-            values = getattr(self, column.name)
-            if column.name == "actual" and np.array_equal(values, self.joints):
-                continue
-            parts.append(bytes_field(column.number, values.astype(column.type, order="C").tobytes()))
+            if column.name != "actual" or not same:
+                values = np.ascontiguousarray(getattr(self, column.name), column.type)
+                parts += (tag(column.number, LENGTH) + varint(values.nbytes), values.tobytes())
         return b"".join(parts)
 
 
@@ -96,8 +102,22 @@ def _even_rows(values: Floats, count: int) -> Floats:
 
 def join(windows: Sequence[Window]) -> Window:
     """One window of consecutive ones, at least one."""
-    arrays = {name: np.concatenate([getattr(window, name) for window in windows]) for name in ARRAYS}
-    return Window(first_tick=windows[0].first_tick, **arrays)
+    return Window(
+        first_tick=windows[0].first_tick,
+        **_each(lambda name: np.concatenate([getattr(window, name) for window in windows]), windows),
+    )
+
+
+def _rows_of(window: Window, rows: slice) -> dict[str, Any]:
+    return _each(lambda name: getattr(window, name)[rows], (window,))
+
+
+def _each(made: Callable[[str], Any], windows: Sequence[Window]) -> dict[str, Any]:
+    """Every array as it is made of its name; where the drives report what was sent, it is made once."""
+    arrays = {name: made(name) for name in ARRAYS if name != "actual"}
+    ideal = all(window.actual is window.joints for window in windows)
+    arrays["actual"] = arrays["joints"] if ideal else made("actual")
+    return arrays
 
 
 class BlockBuilder:
@@ -121,22 +141,18 @@ class BlockBuilder:
         return self._take(self._count) if self._count else None
 
     def _take(self, count: int) -> Joined:
-        joined = {
-            name: np.concatenate([getattr(w, name) for w in self._waiting])
-            if len(self._waiting) > 1
-            else getattr(self._waiting[0], name)
-            for name in ARRAYS
-        }
-        first_tick = self._waiting[0].first_tick
+        joined = self._waiting[0] if len(self._waiting) == 1 else join(self._waiting)
         block = Joined(
-            first_tick=first_tick,
-            earlier_joints=self._earlier("joints", joined["joints"]),
-            earlier_actual=self._earlier("actual", joined["actual"]),
+            first_tick=joined.first_tick,
+            earlier_joints=self._earlier("joints", joined.joints),
+            earlier_actual=self._earlier("actual", joined.actual),
             last_position=None if self._before is None else self._before.position[-1],
-            **{name: values[:count] for name, values in joined.items()},
+            **_rows_of(joined, slice(count)),
         )
-        rest = Window(first_tick=first_tick + count, **{n: v[count:] for n, v in joined.items()})
-        self._waiting = [rest] if len(rest) else []
+        self._waiting = []
+        if len(joined) > count:
+            rest = Window(first_tick=joined.first_tick + count, **_rows_of(joined, slice(count, None)))
+            self._waiting.append(rest)
         self._count -= count
         self._before = block
         return block

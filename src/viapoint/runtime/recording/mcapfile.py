@@ -1,96 +1,10 @@
-"""MCAP files: the one module that knows the container format.
-
-Written with foxglove-sdk (half the time of the mcap package's writer: `benchmarks/recording.py`), read
-record by record with the mcap package, so that a file cut off by a crash gives all it holds.
-"""
+"""Reads MCAP files record by record with the mcap package: a file cut off by a crash gives all it holds."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import Self
-
-# A chunk is what a crash can cost; the recorder also ends one with every block it writes.
-CHUNK_SIZE = 1 << 20
-
-
-@dataclass(frozen=True, slots=True)
-class Topic:
-    """What is declared of a topic before its first message."""
-
-    name: str
-    schema: str
-    schema_encoding: str  # protobuf or jsonschema
-    schema_data: bytes
-
-    @property
-    def message_encoding(self) -> str:
-        return "json" if self.schema_encoding == "jsonschema" else self.schema_encoding
-
-
-class McapWriter:
-    """Writes messages, attachments and metadata; `flush` makes all so far readable after a crash."""
-
-    def __init__(self, path: Path, topics: tuple[Topic, ...]) -> None:
-        """Overwrites `path`; raises OSError where it cannot be written."""
-        import foxglove
-        from foxglove.mcap import MCAPCompression, MCAPWriteOptions
-
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = path.open("wb")
-        context = self._context = foxglove.Context()  # its channels close when it is collected
-        self._channels = {
-            topic.name: foxglove.Channel(
-                topic.name,
-                schema=foxglove.Schema(
-                    name=topic.schema, encoding=topic.schema_encoding, data=topic.schema_data
-                ),
-                message_encoding=topic.message_encoding,
-                context=context,
-            )
-            for topic in topics
-        }
-        self._writer = foxglove.open_mcap(
-            self._file,
-            context=context,
-            writer_options=MCAPWriteOptions(compression=MCAPCompression.Lz4, chunk_size=CHUNK_SIZE),
-        )
-
-    def message(self, topic: str, data: bytes, nanoseconds: int) -> None:
-        self._channels[topic].base.log(data, nanoseconds)
-
-    def attach(self, name: str, media_type: str, text: str) -> None:
-        self._writer.attach(
-            log_time=0, create_time=0, name=name, media_type=media_type, data=text.encode("utf-8")
-        )
-
-    def metadata(self, name: str, entries: dict[str, str]) -> None:
-        self._writer.write_metadata(name, entries)
-
-    def flush(self) -> None:
-        self._writer.flush()
-        self._file.flush()
-
-    @property
-    def closed(self) -> bool:
-        return self._file.closed
-
-    def close(self) -> None:
-        if not self._file.closed:
-            self._writer.close()
-            for channel in self._channels.values():
-                channel.close()
-            self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ from ..records import Event, Ints, Window
 from . import layouts, scene
 from .blocks import BlockBuilder, Joined
 from .info import Floats, RunInfo, Skeleton
-from .mcapfile import McapWriter, Topic
+from .mcapwriter import McapWriter, Topic
 from .schemas import JSON_SCHEMAS, TRACE_SCHEMA, trace_descriptor
 from .wire import NANOSECONDS, Template, bytes_field, double_field, message_field, time_field
 
@@ -33,7 +33,7 @@ JOINT_STATES_ROS = "/joint_states_ros"
 LOG_LEVELS = {"message": "Info", "error": "Error"}
 
 
-def _topics() -> tuple[Topic, ...]:
+def _topics(*, ros: bool) -> tuple[Topic, ...]:
     from foxglove.messages import FrameTransforms, JointStates, Log, SceneUpdate
 
     topics = [Topic("/trace", TRACE_SCHEMA, "protobuf", trace_descriptor())]
@@ -45,13 +45,14 @@ def _topics() -> tuple[Topic, ...]:
     ):
         schema = message.get_schema()
         topics.append(Topic(name, schema.name, schema.encoding, schema.data))
-    for name, title in (
+    told = [
         ("/program", "viapoint.ProgramState"),
         ("/io", "viapoint.Signal"),
         ("/events", "viapoint.Event"),
-        (JOINT_STATES_ROS, "sensor_msgs/JointState"),
-    ):
-        topics.append(Topic(name, title, "jsonschema", JSON_SCHEMAS[title]))
+    ]
+    if ros:
+        told.append((JOINT_STATES_ROS, "sensor_msgs/JointState"))
+    topics += (Topic(name, title, "jsonschema", JSON_SCHEMAS[title]) for name, title in told)
     return tuple(topics)
 
 
@@ -78,7 +79,7 @@ class Recorder:
         self._previous = (0, 0, "")  # line, interpreter line and state last told
         self._planned: list[Floats] = []  # pieces of path that wait to be drawn
         self._planned_end: Floats | None = None  # (1, 3) where the path drawn so far ends
-        self._file = McapWriter(Path(path), _topics())
+        self._file = McapWriter(Path(path), _topics(ros=ros))
         self._joint_template = _joint_template(info)
         self._frame_template: Template | None = None
         self._radii = radii
@@ -139,7 +140,7 @@ class Recorder:
     def _write_block(self, block: Joined) -> None:
         at = self._nanoseconds(block.first_tick)
         self._file.message("/trace", block.encode(), at)
-        rows = np.flatnonzero((block.first_tick + np.arange(len(block))) % self._stride == 0)
+        rows = np.arange(-block.first_tick % self._stride, len(block), self._stride)
         stamps = np.rint((block.first_tick + rows) * (self._info.tick_s * NANOSECONDS)).astype(np.int64)
         if len(rows):
             self._write_joints(block, rows, stamps)
@@ -151,11 +152,9 @@ class Recorder:
         self._file.flush()
 
     def _write_joints(self, block: Joined, rows: Rows, stamps: Ints) -> None:
-        speed, acceleration = block.derivatives(self._info.tick_s)
-        values = np.stack((block.actual[rows], speed[rows], acceleration[rows]), axis=-1)
+        values = np.stack((block.actual[rows], *block.derivatives(rows, self._info.tick_s)), axis=-1)
         messages = self._joint_template.encode(stamps, values.reshape(len(rows), -1))
-        for stamp, message in zip(stamps.tolist(), messages, strict=True):
-            self._file.message(JOINT_STATES, message, stamp)
+        self._file.messages(JOINT_STATES, messages, stamps)
         if self._ros:
             for stamp, row in zip(stamps.tolist(), values.tolist(), strict=True):
                 self._file.message(JOINT_STATES_ROS, self._ros_state(stamp, row), stamp)
@@ -174,33 +173,27 @@ class Recorder:
 
     def _write_frames(self, block: Joined, rows: Rows, stamps: Ints) -> None:
         """Links as a chain from the base; the tool hangs at the base too: it shows the TCP as sent."""
-        position, quaternion = block.position[rows][:, None], block.quaternion[rows][:, None]
+        points = np.zeros((len(rows), 1, 3))
         if self._skeleton is not None:
             points = np.asarray(self._skeleton(block.actual[rows]))
-            if self._frame_template is None:
+        if self._frame_template is None:
+            self._frame_template = _frame_template(points.shape[1] - 1)
+            if self._skeleton is not None:
                 entities = scene.link_entities(points[0], self._radii)
                 self._file.message("/scene", scene.scene_update(entities), 0)
-            p, q = scene.chained(*scene.link_frames(points))
-            position = np.concatenate((p, position), axis=1)
-            quaternion = np.concatenate((q, quaternion), axis=1)
-        if self._frame_template is None:
-            self._frame_template = _frame_template(position.shape[1] - 1)
-        turned = np.concatenate((quaternion[..., 1:], quaternion[..., :1]), axis=-1)  # protobuf: x y z w
-        values = np.concatenate((position, turned), axis=-1)
-        messages = self._frame_template.encode(stamps, values.reshape(len(rows), -1))
-        for stamp, message in zip(stamps.tolist(), messages, strict=True):
-            self._file.message("/tf", message, stamp)
+        values = scene.frame_values(points, block.position[rows], block.quaternion[rows])
+        self._file.messages("/tf", self._frame_template.encode(stamps, values), stamps)
 
     def _write_travelled(self, block: Joined, rows: Rows, at: int) -> None:
-        chosen = np.unique(np.concatenate(([0], rows, [len(block) - 1])))
-        points = block.position[chosen]
-        if block.last_position is not None:
-            points = np.concatenate((block.last_position[None], points))
-        if np.ptp(points, axis=0).max() < scene.SHORT:
+        first = [] if block.last_position is None else [block.last_position[None]]
+        ends = block.position[:1] if rows[0] > 0 else block.position[:0], block.position[-1:]
+        inner = block.position[rows[:-1] if rows[-1] == len(block) - 1 else rows]
+        points = np.concatenate((*first, ends[0], inner, ends[1]))
+        if (points.max(axis=0) - points.min(axis=0)).max() < scene.SHORT:
             return
         name = f"travelled{block.first_tick}"
-        entity = scene.line_entity(name, points, nanoseconds=at, programmed=False)
-        self._file.message("/scene", scene.scene_update([entity]), at)
+        line = scene.line_update(name, points, nanoseconds=at, programmed=False)
+        self._file.message("/scene", line, at)
 
     def _write_planned(self, at: int) -> None:
         """The path planned since the block before, as one line that goes on from there."""
@@ -208,17 +201,19 @@ class Recorder:
             return
         before = [] if self._planned_end is None else [self._planned_end]
         points = np.concatenate((*before, *self._planned))
-        entity = scene.line_entity(f"programmed{at}", points, nanoseconds=at, programmed=True)
-        self._file.message("/scene", scene.scene_update([entity]), at)
+        line = scene.line_update(f"programmed{at}", points, nanoseconds=at, programmed=True)
+        self._file.message("/scene", line, at)
         self._planned_end = points[-1:]
         self._planned.clear()
 
     def _write_program(self, block: Joined) -> None:
         moving = block.speed > STANDING
-        moving |= block.joint_steps() > STANDING
-        states = np.stack((block.line, block.interpreter_line, moving.astype(np.int64)), axis=-1)
+        if not moving.all():
+            moving |= block.joint_steps() > STANDING
         changed = np.ones(len(block), dtype=bool)
-        changed[1:] = (states[1:] != states[:-1]).any(axis=-1)
+        changed[1:] = moving[1:] != moving[:-1]
+        for told_of in (block.line, block.interpreter_line):
+            changed[1:] |= told_of[1:] != told_of[:-1]
         for row in np.flatnonzero(changed).tolist():
             line, ahead = int(block.line[row]), int(block.interpreter_line[row])
             told = (line, ahead, "moving" if moving[row] else "standing")

@@ -9,9 +9,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import core
 from ..rotations import quaternion_conjugate, quaternion_multiply
 from .info import Floats
-from .wire import NANOSECONDS
+from .wire import (
+    NANOSECONDS,
+    Template,
+    bytes_field,
+    double_field,
+    doubles,
+    message_field,
+    varint_field,
+)
 
 if TYPE_CHECKING:
     from foxglove.messages import Color, SceneEntity
@@ -20,6 +29,9 @@ LINK_RADIUS = 0.05  # m, where the robot states no capsule
 SHORT = 1e-6  # m; links shorter than this have no direction to draw
 DOWNWARD = 1e-9  # 1 + cos of the angle to upright; below this Z points straight down
 LINE_WIDTH = 2.0  # pixels
+
+_POINT = Template(message_field(5, [p for number in (1, 2, 3) for p in double_field(number)]))
+_UPRIGHT = bytes_field(1, b"") + bytes_field(2, doubles(4, 1.0))  # a Pose at the origin
 
 
 def link_name(index: int) -> str:
@@ -61,6 +73,24 @@ def chained(position: Floats, quaternion: Floats) -> tuple[Floats, Floats]:
     return moved, turned
 
 
+def frame_values(points: Floats, position: Floats, quaternion: Floats) -> Floats:
+    """Wire frames (N, k, 3), the TCP (N, 3) and (N, 4) → (N, 7·k): x y z, qx qy qz qw, links first.
+
+    Links are in the frame of the one before, the first one and the TCP in the base frame.
+    """
+    module = core.chosen("recording._core")
+    if module is not None:
+        values: Floats = module.frame_values(
+            *(np.ascontiguousarray(x, dtype=np.float64) for x in (points, position, quaternion))
+        )
+        return values
+    p, q = chained(*link_frames(points))
+    position = np.concatenate((p, position[:, None]), axis=1)
+    quaternion = np.concatenate((q, quaternion[:, None]), axis=1)
+    turned = np.concatenate((quaternion[..., 1:], quaternion[..., :1]), axis=-1)  # protobuf: x y z w
+    return np.concatenate((position, turned), axis=-1).reshape(len(points), -1)
+
+
 def link_entities(points: Floats, radii: tuple[float, ...]) -> list[SceneEntity]:
     """(k, 3) wire frame of any pose → a round body per link, fixed to the link's frame."""
     from foxglove.messages import (
@@ -99,37 +129,22 @@ def link_entities(points: Floats, radii: tuple[float, ...]) -> list[SceneEntity]
     return entities
 
 
-def line_entity(name: str, points: Floats, *, nanoseconds: int, programmed: bool) -> SceneEntity:
-    """(K, 3) points in the base frame as a line that stays."""
-    from foxglove.messages import (
-        Duration,
-        LinePrimitive,
-        LinePrimitiveLineType,
-        Point3,
-        Pose,
-        Quaternion,
-        SceneEntity,
-        Timestamp,
-        Vector3,
-    )
+def line_update(name: str, points: Floats, *, nanoseconds: int, programmed: bool) -> bytes:
+    """A foxglove.SceneUpdate with (K, 3) points in the base frame as a line that stays.
 
-    colour = _colour(0.2, 0.6, 1.0, 0.7) if programmed else _colour(1.0, 0.85, 0.2)
-    line = LinePrimitive(
-        type=LinePrimitiveLineType.LineStrip,
-        pose=Pose(position=Vector3(x=0, y=0, z=0), orientation=Quaternion(x=0, y=0, z=0, w=1)),
-        thickness=LINE_WIDTH,
-        scale_invariant=True,
-        points=[Point3(x=x, y=y, z=z) for x, y, z in points.tolist()],
-        color=colour,
-    )
-    return SceneEntity(
-        timestamp=Timestamp(*divmod(nanoseconds, NANOSECONDS)),
-        frame_id="base",
-        id=name,
-        lifetime=Duration(0, 0),
-        frame_locked=True,
-        lines=[line],
-    )
+    Encoded here: an object per point would cost more than all else.
+    """
+    corners = _POINT.encode(np.empty(0, dtype=np.int64), points).tobytes()
+    colour = (0.2, 0.6, 1.0, 0.7) if programmed else (1.0, 0.85, 0.2, 1.0)
+    line = (
+        bytes_field(2, _UPRIGHT) + doubles(3, LINE_WIDTH) + varint_field(4, 1)
+    )  # pose; the same at any zoom
+    line += corners + bytes_field(6, doubles(1, *colour))
+    seconds, rest = divmod(nanoseconds, NANOSECONDS)
+    entity = bytes_field(1, varint_field(1, seconds) + varint_field(2, rest))
+    entity += bytes_field(2, b"base") + bytes_field(3, name.encode()) + bytes_field(4, b"")
+    entity += varint_field(5, 1) + bytes_field(11, line)  # fixed to its frame
+    return bytes_field(2, entity)
 
 
 def scene_update(entities: list[SceneEntity]) -> bytes:

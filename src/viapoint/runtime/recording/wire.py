@@ -6,11 +6,14 @@ array of bytes. Not a general protobuf library: the schemas are in `schemas.py`.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
+from .. import core
 
 Floats = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
@@ -92,6 +95,13 @@ SLOT_SIZE = 8
 TIME_SLOT_SIZE = 2 * (1 + PADDED_VARINT)
 
 
+def doubles(first: int, *values: float) -> bytes:
+    """Fields of doubles with numbers in a row; those that are 0 are left out, as ever."""
+    return b"".join(
+        tag(first + k, FIXED64) + struct.pack("<d", value) for k, value in enumerate(values) if value != 0.0
+    )
+
+
 def double_field(number: int) -> list[Part]:
     return [tag(number, FIXED64), Slot()]
 
@@ -116,7 +126,7 @@ def _size(part: Part) -> int:
 
 
 class Template:
-    """One message with places for doubles and time stamps; encodes N of them in a few array operations."""
+    """One message with places for doubles and time stamps; encodes N of them at once."""
 
     def __init__(self, parts: list[Part]) -> None:
         row, slots, times = bytearray(), [], []
@@ -131,20 +141,33 @@ class Template:
                     times.append(len(row))
                     row += varint(1 << 3) + bytes(PADDED_VARINT) + varint(2 << 3) + bytes(PADDED_VARINT)
         self._row = np.frombuffer(bytes(row), dtype=np.uint8)
-        self._slots = np.asarray(slots, dtype=np.intp)[:, None] + np.arange(SLOT_SIZE)
-        self._times = times
+        self._slots = np.asarray(slots, dtype=np.int64)
+        self._times = np.asarray(times, dtype=np.int64)
 
-    def encode(self, nanoseconds: npt.NDArray[np.int64], values: Floats) -> list[bytes]:
-        """(N,) ns since the start and (N, slots) values → N messages."""
-        count = len(values)
-        out = np.tile(self._row, (count, 1))
-        raw = np.ascontiguousarray(values, dtype="<f8").view(np.uint8)
-        out[:, self._slots.ravel()] = raw.reshape(count, -1)
+    def encode(self, nanoseconds: npt.NDArray[np.int64], values: Floats) -> Bytes:
+        """(N,) ns since the start and (N, slots) values → N messages, the rows of the result."""
+        out = np.tile(self._row, (len(values), 1))
+        module = core.chosen("recording._core")
+        if module is None:
+            fill(out, self._slots, values)
+        else:
+            module.fill(out, self._slots, np.ascontiguousarray(values, dtype="<f8"))
+        if len(self._times):
+            self._stamp(out, nanoseconds)
+        return out
+
+    def _stamp(self, out: Bytes, nanoseconds: npt.NDArray[np.int64]) -> None:
         seconds, rest = _padded(nanoseconds // NANOSECONDS), _padded(nanoseconds % NANOSECONDS)
-        for at in self._times:
+        for at in self._times.tolist():
             out[:, at + 1 : at + 1 + PADDED_VARINT] = seconds
             out[:, at + 2 + PADDED_VARINT : at + TIME_SLOT_SIZE] = rest
-        return [row.tobytes() for row in out]
+
+
+def fill(out: Bytes, slots: npt.NDArray[np.int64], values: Floats) -> None:
+    """Put doubles (N, K) into the rows (N, L) at the bytes `slots` (K,)."""
+    raw = np.ascontiguousarray(values, dtype="<f8").view(np.uint8)
+    places = slots[:, None] + np.arange(SLOT_SIZE)
+    out[:, places.ravel()] = raw.reshape(len(values), -1)
 
 
 def _padded(values: npt.NDArray[np.int64]) -> Bytes:

@@ -1,0 +1,76 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""Compiled core of the recorder: doubles into message templates, links into frames.
+
+Twins: `wire.fill`, and `link_frames` with `chained` in `scene`. Same equations, same order of steps.
+"""
+
+import numpy as np
+
+from libc.math cimport sqrt
+from libc.string cimport memcpy
+
+from viapoint.runtime.recording import scene as _twin
+
+cdef double SHORT = _twin.SHORT
+cdef double DOWNWARD = _twin.DOWNWARD
+
+
+def fill(unsigned char[:, ::1] out, const long long[::1] slots, const double[:, ::1] values):
+    """Doubles (N, K) into the rows (N, L) at the bytes `slots` (K,)."""
+    cdef Py_ssize_t i, k
+    for i in range(values.shape[0]):
+        for k in range(values.shape[1]):
+            memcpy(&out[i, slots[k]], &values[i, k], sizeof(double))
+
+
+cdef void _link_turn(const double *start, const double *end, double *q) noexcept nogil:
+    """Quaternion w x y z of the smallest turn from upright to the link."""
+    cdef double x = end[0] - start[0], y = end[1] - start[1], z = end[2] - start[2]
+    cdef double length = sqrt(x * x + y * y + z * z)
+    if length > SHORT:
+        x, y, z = x / length, y / length, z / length
+    else:
+        x, y, z = 0.0, 0.0, 1.0
+    if 1.0 + z < DOWNWARD:
+        q[0], q[1], q[2], q[3] = 0.0, 1.0, 0.0, 0.0
+        return
+    length = sqrt((1.0 + z) * (1.0 + z) + y * y + x * x)
+    q[0], q[1], q[2], q[3] = (1.0 + z) / length, -y / length, x / length, 0.0
+
+
+def frame_values(const double[:, :, ::1] points, const double[:, ::1] position, const double[:, ::1] quaternion):
+    """As `scene.frame_values`."""
+    cdef Py_ssize_t count = points.shape[0], links = points.shape[1] - 1, i, k
+    result = np.empty((count, 7 * (links + 1)))
+    cdef double[:, ::1] out = result
+    cdef double *before = [1.0, 0.0, 0.0, 0.0]
+    cdef double q[4]
+    cdef double w, x, y, z, dx, dy, dz, tx, ty, tz
+    cdef double *row
+    with nogil:
+        for i in range(count):
+            for k in range(links):
+                row = &out[i, 7 * k]
+                _link_turn(&points[i, k, 0], &points[i, k + 1, 0], q)
+                if k == 0:
+                    row[0], row[1], row[2] = points[i, 0, 0], points[i, 0, 1], points[i, 0, 2]
+                    row[3], row[4], row[5], row[6] = q[1], q[2], q[3], q[0]
+                else:
+                    w, x, y, z = before[0], -before[1], -before[2], -before[3]
+                    dx = points[i, k, 0] - points[i, k - 1, 0]
+                    dy = points[i, k, 1] - points[i, k - 1, 1]
+                    dz = points[i, k, 2] - points[i, k - 1, 2]
+                    tx, ty, tz = 2.0 * (y * dz - z * dy), 2.0 * (z * dx - x * dz), 2.0 * (x * dy - y * dx)
+                    row[0] = dx + w * tx + (y * tz - z * ty)
+                    row[1] = dy + w * ty + (z * tx - x * tz)
+                    row[2] = dz + w * tz + (x * ty - y * tx)
+                    row[3] = w * q[1] + x * q[0] + y * q[3] - z * q[2]
+                    row[4] = w * q[2] - x * q[3] + y * q[0] + z * q[1]
+                    row[5] = w * q[3] + x * q[2] - y * q[1] + z * q[0]
+                    row[6] = w * q[0] - x * q[1] - y * q[2] - z * q[3]
+                memcpy(before, q, sizeof(q))
+            row = &out[i, 7 * links]
+            row[0], row[1], row[2] = position[i, 0], position[i, 1], position[i, 2]
+            row[3], row[4], row[5] = quaternion[i, 1], quaternion[i, 2], quaternion[i, 3]
+            row[6] = quaternion[i, 0]
+    return result

@@ -1,0 +1,263 @@
+"""Writes MCAP files: the messages of a block become one chunk, many alike encoded at once. No reading here.
+
+Own code, since a call per message costs more than the rest of a recording: 0.28 µs per tick, compression
+included, against 0.40 of foxglove-sdk's writer (`benchmarks/recording.py`). Records: https://mcap.dev/spec.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from pathlib import Path
+from types import TracebackType
+from typing import BinaryIO, Final, Self
+
+import lz4.frame
+import numpy as np
+import numpy.typing as npt
+
+Bytes = npt.NDArray[np.uint8]
+Stamps = npt.NDArray[np.int64]
+
+MAGIC: Final = b"\x89MCAP0\r\n"
+LIBRARY: Final = "viapoint"
+
+_LEVEL: Final = -4
+"""Of LZ4: at 0 files are 7 % smaller and take half as long again; most bytes are digits of doubles."""
+
+
+class _Op(IntEnum):
+    """Records by their first byte."""
+
+    HEADER = 0x01
+    FOOTER = 0x02
+    SCHEMA = 0x03
+    CHANNEL = 0x04
+    MESSAGE = 0x05
+    CHUNK = 0x06
+    MESSAGE_INDEX = 0x07
+    CHUNK_INDEX = 0x08
+    ATTACHMENT = 0x09
+    ATTACHMENT_INDEX = 0x0A
+    STATISTICS = 0x0B
+    METADATA = 0x0C
+    METADATA_INDEX = 0x0D
+    SUMMARY_OFFSET = 0x0E
+    DATA_END = 0x0F
+
+
+_HEAD: Final = np.dtype(
+    [
+        ("op", "u1"),
+        ("length", "<u8"),
+        ("channel", "<u2"),
+        ("sequence", "<u4"),
+        ("logged", "<u8"),
+        ("published", "<u8"),
+    ]
+)
+"""What stands before the data of a message."""
+
+_HEAD_FORMAT: Final = "<BQHIQQ"
+_PREFIX: Final = 9
+"""Bytes of a record before its content: opcode and length."""
+
+_NO_CRC: Final = 0
+"""Of the data section as a whole: every chunk and attachment has its own."""
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """What is declared of a topic before its first message."""
+
+    name: str
+    schema: str
+    schema_encoding: str  # protobuf or jsonschema
+    schema_data: bytes
+
+    @property
+    def message_encoding(self) -> str:
+        return "json" if self.schema_encoding == "jsonschema" else self.schema_encoding
+
+
+@dataclass(slots=True)
+class _Chunk:
+    """Messages that wait to be written, and where each begins."""
+
+    parts: list[bytes] = field(default_factory=list)
+    size: int = 0
+    first: int = 0  # ns
+    last: int = 0
+    index: dict[int, list[bytes]] = field(default_factory=dict)  # by channel
+
+    def add(self, channel: int, data: bytes, index: bytes, first: int, last: int) -> None:
+        """`index`: time and offset of every message in `data`."""
+        self.first = min(self.first, first) if self.parts else first
+        self.last = max(self.last, last) if self.parts else last
+        self.parts.append(data)
+        self.size += len(data)
+        self.index.setdefault(channel, []).append(index)
+
+
+class McapWriter:
+    """Writes messages, attachments and metadata; `flush` makes all so far readable after a crash."""
+
+    def __init__(self, path: Path, topics: Iterable[Topic]) -> None:
+        """Overwrites `path`; raises OSError where it cannot be written."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._file: BinaryIO = path.open("wb")
+        self._at = 0
+        self._topics = tuple(topics)
+        self._channels = {topic.name: k + 1 for k, topic in enumerate(self._topics)}
+        self._counts = dict.fromkeys(self._channels.values(), 0)
+        self._span: tuple[int, int] | None = None
+        self._chunk = _Chunk()
+        self._summary: dict[_Op, list[bytes]] = {}
+        self._write(MAGIC)
+        self._write(_record(_Op.HEADER, _text("") + _text(LIBRARY)))
+        for k, topic in enumerate(self._topics):
+            self._declare(k + 1, topic)
+
+    def _declare(self, number: int, topic: Topic) -> None:
+        schema = struct.pack("<H", number) + _text(topic.schema) + _text(topic.schema_encoding)
+        schema += _blob(topic.schema_data)
+        channel = struct.pack("<HH", number, number) + _text(topic.name) + _text(topic.message_encoding)
+        for op, content in ((_Op.SCHEMA, schema), (_Op.CHANNEL, channel + _map({}))):
+            record = _record(op, content)
+            self._summary.setdefault(op, []).append(record)
+            self._write(record)
+
+    def message(self, topic: str, data: bytes, nanoseconds: int) -> None:
+        """One message, with the next chunk."""
+        channel = self._channels[topic]
+        length, count = _HEAD.itemsize - _PREFIX + len(data), self._counts[channel]
+        head = struct.pack(_HEAD_FORMAT, _Op.MESSAGE, length, channel, count, nanoseconds, nanoseconds)
+        index = struct.pack("<QQ", nanoseconds, self._chunk.size)
+        self._counts[channel] += 1
+        self._chunk.add(channel, head + data, index, nanoseconds, nanoseconds)
+
+    def messages(self, topic: str, data: Bytes, nanoseconds: Stamps) -> None:
+        """Messages (N, L) of one length, in ascending order of their times (N,)."""
+        if not len(data):
+            return
+        channel, (count, length) = self._channels[topic], data.shape
+        head = np.empty(count, _HEAD)
+        head["op"], head["length"] = _Op.MESSAGE, _HEAD.itemsize - _PREFIX + length
+        head["channel"] = channel
+        head["sequence"] = np.arange(self._counts[channel], self._counts[channel] + count)
+        head["logged"] = head["published"] = nanoseconds
+        rows = np.concatenate((head.view(np.uint8).reshape(count, -1), data), axis=1)
+        index = np.empty((count, 2), "<u8")
+        index[:, 0] = nanoseconds
+        index[:, 1] = self._chunk.size + rows.shape[1] * np.arange(count)
+        self._counts[channel] += count
+        self._chunk.add(channel, rows.tobytes(), index.tobytes(), int(nanoseconds[0]), int(nanoseconds[-1]))
+
+    def attach(self, name: str, media_type: str, text: str) -> None:
+        """A text that belongs to the recording."""
+        data = text.encode("utf-8")
+        content = struct.pack("<QQ", 0, 0) + _text(name) + _text(media_type)
+        content += struct.pack("<Q", len(data)) + data
+        record = _record(_Op.ATTACHMENT, content + struct.pack("<I", zlib.crc32(content)))
+        index = (
+            struct.pack("<QQQQQ", self._at, len(record), 0, 0, len(data)) + _text(name) + _text(media_type)
+        )
+        self._note(_Op.ATTACHMENT_INDEX, index)
+        self._write(record)
+
+    def metadata(self, name: str, entries: Mapping[str, str]) -> None:
+        """Named texts."""
+        record = _record(_Op.METADATA, _text(name) + _map(entries))
+        self._note(_Op.METADATA_INDEX, struct.pack("<QQ", self._at, len(record)) + _text(name))
+        self._write(record)
+
+    def flush(self) -> None:
+        """End the chunk."""
+        if self._chunk.parts:
+            self._write_chunk(self._chunk)
+            self._chunk = _Chunk()
+        self._file.flush()
+
+    def _write_chunk(self, chunk: _Chunk) -> None:
+        raw = b"".join(chunk.parts)
+        packed = lz4.frame.compress(raw, compression_level=_LEVEL)
+        times, start = struct.pack("<QQ", chunk.first, chunk.last), self._at
+        head = times + struct.pack("<QI", len(raw), zlib.crc32(raw)) + _text("lz4")
+        head += struct.pack("<Q", len(packed))
+        self._write(struct.pack("<BQ", _Op.CHUNK, len(head) + len(packed)) + head)
+        self._write(packed)
+        length, offsets = self._at - start, b""
+        for channel, places in sorted(chunk.index.items()):
+            offsets += struct.pack("<HQ", channel, self._at)
+            index = struct.pack("<H", channel) + _blob(b"".join(places))
+            self._write(_record(_Op.MESSAGE_INDEX, index))
+        place = struct.pack("<QQ", start, length) + _blob(offsets)
+        sizes = struct.pack("<Q", self._at - start - length) + _text("lz4")
+        self._note(_Op.CHUNK_INDEX, times + place + sizes + struct.pack("<QQ", len(packed), len(raw)))
+        first, last = self._span or (chunk.first, chunk.last)
+        self._span = min(first, chunk.first), max(last, chunk.last)
+
+    @property
+    def closed(self) -> bool:
+        return self._file.closed
+
+    def close(self) -> None:
+        """Write what waits, the summary, and the end."""
+        if self._file.closed:
+            return
+        self.flush()
+        self._write(_record(_Op.DATA_END, struct.pack("<I", _NO_CRC)))
+        self._note(_Op.STATISTICS, self._statistics())
+        start, groups, body = self._at, [], b""
+        for op, records in self._summary.items():
+            group = b"".join(records)
+            groups.append(_record(_Op.SUMMARY_OFFSET, struct.pack("<BQQ", op, start + len(body), len(group))))
+            body += group
+        foot = struct.pack("<BQQQ", _Op.FOOTER, 20, start, start + len(body))
+        body += b"".join(groups) + foot
+        self._write(body + struct.pack("<I", zlib.crc32(body)) + MAGIC)
+        self._file.close()
+
+    def _statistics(self) -> bytes:
+        used = {channel: count for channel, count in self._counts.items() if count}
+        kinds = (_Op.ATTACHMENT_INDEX, _Op.METADATA_INDEX, _Op.CHUNK_INDEX)
+        attachments, metadata, chunks = (len(self._summary.get(op, ())) for op in kinds)
+        number, first_last = len(self._topics), self._span or (0, 0)
+        counts = struct.pack("<QHIIII", sum(used.values()), number, number, attachments, metadata, chunks)
+        by_channel = b"".join(struct.pack("<HQ", *item) for item in used.items())
+        return counts + struct.pack("<QQ", *first_last) + _blob(by_channel)
+
+    def _note(self, op: _Op, content: bytes) -> None:
+        """For the summary."""
+        self._summary.setdefault(op, []).append(_record(op, content))
+
+    def _write(self, data: bytes) -> None:
+        self._file.write(data)
+        self._at += len(data)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _record(op: _Op, content: bytes) -> bytes:
+    return struct.pack("<BQ", op, len(content)) + content
+
+
+def _blob(data: bytes) -> bytes:
+    return struct.pack("<I", len(data)) + data
+
+
+def _text(text: str) -> bytes:
+    return _blob(text.encode("utf-8"))
+
+
+def _map(entries: Mapping[str, str]) -> bytes:
+    return _blob(b"".join(_text(key) + _text(value) for key, value in entries.items()))
