@@ -16,6 +16,7 @@ from viapoint.vm.ports import (
     Call,
     Ended,
     Failed,
+    Modal,
     Motion,
     RaiseM,
     Speed,
@@ -168,8 +169,7 @@ def test_it_shows_where_it_is() -> None:
     assert machine.run() == BufferFull()
     assert machine.line == 9
     assert machine.call_stack == (ActiveCall(2, 4, 2), ActiveCall(6, 8, 1))
-    assert machine.tool == 3
-    assert machine.speed == Speed(SpeedKind.LINEAR, 100.0)
+    assert machine.modal == Modal(Speed(SpeedKind.LINEAR, 100.0), 3)
     port.room = 100
     assert machine.run() == Ended(3)
     assert machine.call_stack == ()

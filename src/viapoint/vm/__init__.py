@@ -4,14 +4,17 @@ from viapoint.vm.canonical import CanonicalPort, ScriptedWorld, describe, run_ca
 from viapoint.vm.container import save
 from viapoint.vm.disassembler import disassemble
 from viapoint.vm.machine import ActiveCall, Machine
+from viapoint.vm.ports import BEGINNING, Modal
 from viapoint.vm.program import Program, Span
 from viapoint.vm.refusal import ProgramFileError
 from viapoint.vm.verifier import load, verify
 
 __all__ = [
+    "BEGINNING",
     "ActiveCall",
     "CanonicalPort",
     "Machine",
+    "Modal",
     "Program",
     "ProgramFileError",
     "ScriptedWorld",

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from viapoint.vm.cycles import main_loop
 from viapoint.vm.instructions import MOTIONS, Decoded, Instruction, decode
 from viapoint.vm.ports import (
+    BEGINNING,
     AtBarrier,
     AwaitInput,
     AwaitReset,
@@ -24,12 +25,12 @@ from viapoint.vm.ports import (
     End,
     Ended,
     Failed,
+    Modal,
     Motion,
     MotionPort,
     RaiseM,
     SelectTool,
     SetOutput,
-    Speed,
     Suspension,
     Tangent,
     Track,
@@ -84,6 +85,7 @@ class Machine:
 
     `max_cycles` ends an endless program after so many passes of its main loop (`cycles.main_loop`): at the
     jump back that completes the last of them. `last_line` ends any program when it leaves that line.
+    `modal` is what holds where it begins.
     """
 
     def __init__(
@@ -94,6 +96,7 @@ class Machine:
         *,
         max_cycles: int | None = None,
         last_line: int | None = None,
+        modal: Modal = BEGINNING,
     ) -> None:
         self._program = program
         self._motion = motion
@@ -105,8 +108,7 @@ class Machine:
         self._frames = [_Frame(0, 0, 0)]
         self._pending: Call | None = None
         self._finished: Ended | Failed | None = None
-        self._speed: Speed | None = None
-        self._tool = 0
+        self._speed, self._tool = modal
         self._work = 0
         self._work_limit = WORK_LIMIT + len(program.code)
         self._cycles_left = max_cycles
@@ -121,14 +123,9 @@ class Machine:
         return self._line
 
     @property
-    def speed(self) -> Speed | None:
-        """Programmed speed in force at the interpreter's place; None before the first one."""
-        return self._speed
-
-    @property
-    def tool(self) -> int:
-        """Active tool at the interpreter's place."""
-        return self._tool
+    def modal(self) -> Modal:
+        """What holds at the interpreter's place."""
+        return Modal(self._speed, self._tool)
 
     @property
     def call_stack(self) -> tuple[ActiveCall, ...]:

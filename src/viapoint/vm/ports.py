@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum, unique
-from typing import Protocol
+from typing import Final, NamedTuple, Protocol
 
 
 @unique
@@ -39,6 +39,17 @@ class Speed:
 
     kind: SpeedKind
     value: float
+
+
+class Modal(NamedTuple):
+    """What holds from statement to statement: the programmed speed, None before the first one, the tool."""
+
+    speed: Speed | None = None
+    tool: int = 0
+
+
+BEGINNING: Final = Modal()
+"""What holds where a program begins."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -194,6 +194,7 @@ class AuxiliaryAxis:
     speed: float
     acceleration: float
     jerk: float
+    start: float = 0.0  # where it stands when a program begins; outside the range: the end next to it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

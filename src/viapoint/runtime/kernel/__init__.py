@@ -1,6 +1,7 @@
 """The motion kernel: motion buffer, planner, clock, generator. Everything that has a state while running."""
 
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
+from viapoint.runtime.kernel.breaks import Start
 from viapoint.runtime.kernel.dialogue import Interpreter
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError, PlanningError
 from viapoint.runtime.kernel.kernel import Kernel
@@ -16,6 +17,7 @@ __all__ = [
     "Kernel",
     "MotionError",
     "PlanningError",
+    "Start",
     "State",
     "ratios",
 ]

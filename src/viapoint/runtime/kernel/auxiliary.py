@@ -41,7 +41,7 @@ class AuxiliaryAxes:
     @property
     def start(self) -> Floats:
         """Where the axes stand when a program begins: zero, or the end of their range next to it."""
-        return np.array([min(max(0.0, axis.lower), axis.upper) for axis in self.axes])
+        return np.array([min(max(axis.start, axis.lower), axis.upper) for axis in self.axes])
 
     @cached_property
     def units(self) -> Floats:

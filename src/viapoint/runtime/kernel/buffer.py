@@ -6,6 +6,7 @@ free again when the generator has passed it (F ch. 9, main controller).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -74,6 +75,10 @@ class MotionBuffer:
     def to_execute(self) -> Entry | None:
         """Generator: the entry to be executed next, if it has been planned."""
         return self._get(self.generator) if self.generator < self.planner else None
+
+    def planned_entries(self) -> Iterator[Entry]:
+        """Those planned and not executed, in order."""
+        return map(self._get, range(self.generator, self.planner))
 
     def executed(self) -> None:
         """Generator: the path has passed the entry; its slot is free."""

@@ -77,8 +77,10 @@ class Dialogue:
         self._answered: dict[int, _Answered] = {}  # barriers by line
 
     def open(self, interpreter: Interpreter) -> None:
-        """Begin with `interpreter`."""
+        """Begin with `interpreter`, which asks for the first time whatever it asks."""
         self._interpreter = interpreter
+        self._suspension = None
+        self._answered.clear()
 
     @property
     def line(self) -> int:

@@ -14,7 +14,9 @@ from typing import Final
 import numpy as np
 
 from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel.breaks import HERE, Breaks, Start
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
+from viapoint.runtime.kernel.commands import Commands
 from viapoint.runtime.kernel.dialogue import Dialogue, Interpreter
 from viapoint.runtime.kernel.execution import Execution
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
@@ -27,21 +29,17 @@ from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.kernel.unsupported import refusal
 from viapoint.runtime.records import Event, Floats, Ints, Window
 from viapoint.runtime.signals import SignalWorld
-from viapoint.vm.ports import (
-    Barrier,
-    Failed,
-    Motion,
-)
+from viapoint.vm.ports import Barrier, Failed, Motion
 
 _ARRIVED: Final = 1e-10
 """m of path within which two places are one: rounding of summed lengths."""
 
 
-class Kernel:
+class Kernel(Commands):
     """Runs calls of an interpreter on the robot of a cell.
 
     `dialogue` is the interpreter's MotionPort and WorldPort. `advance` moves time on; events go to
-    `listener`.
+    `listener`. Without a `start` the robot stands at home at tick 0.
     """
 
     def __init__(
@@ -53,24 +51,26 @@ class Kernel:
         override: float = 1.0,
         stepping: bool = False,
         patient: bool = False,
+        start: Start | None = None,
     ) -> None:
-        self.cell = cell
+        start = start or Start.at_home(cell)
+        self.cell = cell = start.placed(cell)
         self.world = world
         self.state = State.READY
         self.failure: MotionError | None = None
         self.trace = Trace(listener, cell.tick)
         self._buffer: MotionBuffer = MotionBuffer(cell.lookahead)
-        q = np.asarray(cell.home, dtype=np.float64)
-        self.planner = Planner(cell, self._buffer, q, stepping=stepping)
+        self.trace.tick = start.tick
+        self.planner = Planner(cell, self._buffer, start.joints, tool=start.tool, stepping=stepping)
         self.mover = Mover(cell, self.planner.route, override or 1.0)
-        self.telemetry = Telemetry(cell, q)
+        self.breaks = Breaks(self._buffer, self.planner.route)
+        self.mover.pause = self.breaks.next_place
+        self.telemetry = Telemetry(cell, start.joints)
         self.guard = TickGuard(cell, self.trace)
         self.execution = Execution(self._buffer, world, self.trace, self.planner, self.mover, self._room_for)
+        self.execution.tool = start.tool
         self.dialogue = Dialogue(cell, world, self._buffer, self.trace, self._travelled_mm, patient=patient)
-        self._hold = Hold.NONE
         self._paused = override == 0.0
-        self._backward = False
-        self._frontier = 0.0  # s up to which the program has been executed
         self._last_s = 0.0  # s in the last tick computed
 
     # --- running -----------------------------------------------------------------------------------
@@ -91,6 +91,11 @@ class Kernel:
         return self.execution.line
 
     @property
+    def line_here(self) -> int:
+        """Source line of the motion where the robot is, also when it went back."""
+        return self.planner.route.line_at(self.mover.s + HERE) if self.astray else self.line
+
+    @property
     def statements(self) -> int:
         """Statements executed so far, by the robot."""
         return self.execution.statements
@@ -100,71 +105,28 @@ class Kernel:
         """The run has ended, well or not."""
         return self.state.over
 
-    def halt(self) -> None:
-        """Stop on the path within the limits; the interpreter keeps running ahead. `resume` goes on."""
-        self._hold_back(Hold.HALT)
-
-    def stop(self) -> None:
-        """Stop on the path within the limits, and end the run there."""
-        self._hold_back(Hold.STOP)
-
-    def emergency_stop(self) -> None:
-        """Stop on the path with the emergency deceleration; `reset`, then `resume`, goes on."""
-        self._hold_back(Hold.EMERGENCY, self.cell.emergency_deceleration_factor)
-
-    def reset(self) -> None:
-        """Acknowledge an emergency stop once the robot stands: the run is then halted."""
-        if self.state is State.EMERGENCY:
-            self._hold, self.state = Hold.HALT, State.HALTED
-
-    def resume(self) -> None:
-        """Go on along the path after a halt; nothing while an emergency stop is not reset."""
-        if self._hold is Hold.HALT:
-            self._hold = Hold.NONE
-            if self.state is State.HALTED:
-                self._settle()
-
-    def set_override(self, override: float) -> None:
-        """Scale all speeds from the next tick on; 0 stands still, below 0 the path is travelled back.
-
-        Back it goes as far as the route is kept; nothing is read or written again until the path is, going
-        forward, where the program was. Raises ValueError outside −1 … 1.
-        """
-        if not -1.0 <= override <= 1.0:
-            raise ValueError(f"an override of {override!r} is not in -1 … 1")
-        self.trace.emit("override", self.line, value=override)
-        self._paused = override == 0.0
-        self._backward = override < 0.0
-        turns_round = self._backward != (self.mover.direction < 0.0)
-        if not self._paused and not (turns_round and self.state is State.MOVING):
-            self.mover.set_override(self.tick, abs(override))
-        elif self.state is State.MOVING:
-            self.mover.halt(self.tick)
-            self.mover.override = abs(override) or self.mover.override
-        if self.state is State.HALTED and self._hold is Hold.NONE:
-            self._settle()
-
-    def _hold_back(self, hold: Hold, deceleration_factor: float = 1.0) -> None:
-        if self.over or hold.value <= self._hold.value:
-            return
-        self._hold = hold
-        if self.state is State.MOVING:
-            self.mover.halt(self.tick, deceleration_factor=deceleration_factor)
-        elif hold is not Hold.HALT:
-            self._settle()
-
     def begin(self, interpreter: Interpreter) -> Window:
         """Take the program on; returns tick 0, after all that happens in it."""
         self.dialogue.open(interpreter)
         self.world.advance(0)
         window = self._standing(0, 1)
+        self.take_on(interpreter)
+        return window
+
+    def take_on(self, interpreter: Interpreter, steps: int | None = None) -> None:
+        """Take a program on where the robot stands, when none is under way: time, path and signals go on.
+
+        With `steps` the robot halts when so many statements have been executed.
+        """
+        self.dialogue.open(interpreter)
+        self.execution.ended, self.state, self._hold = False, State.READY, Hold.NONE
+        self.breaks.begin(steps)
         refused: MotionError | None = refusal(self.cell, self.world.scenario)
         refused = refused or self.guard.standing(self.telemetry.joints, self.tool, 0)
         if refused is not None:
             self._fail(refused)
         else:
             self._settle()
-        return window
 
     def advance(self, ticks: int) -> Window:
         """Let at least one and at most `ticks` ticks pass; ends early where something happens."""
@@ -254,7 +216,8 @@ class Kernel:
         if entry is None or s[-1] < self._frontier:
             return None
         if not isinstance(entry.call, Motion):
-            return row if self.execution.passable(entry) else None
+            passable = self.execution.passable(entry) and not self.breaks.may_halt(entry)
+            return row if passable else None
         place, law = self.planner.route.place(entry.number), self.mover.law
         assert law is not None, "rows belong to a law"
         if place is None:
@@ -291,7 +254,13 @@ class Kernel:
                 return
             if self._astray():
                 return
+            if self.execution.ended:  # and back where it ended, after a step back
+                self.state = State.FINISHED
+                return
             entry = None if self.execution.dwell_until is not None else self.execution.front
+            if entry is not None and self.breaks.halts(entry, self.line):
+                self.state, self._hold = State.HALTED, Hold.HALT
+                return
             if entry is not None and self._reached(entry):
                 self.execution.blocks.set_out(entry.number)  # where the motion has no length
                 self._execute(entry)
@@ -321,6 +290,8 @@ class Kernel:
         """Off the frontier of the program, or on the way back from it: True if the path is dealt with."""
         if self.execution.dwell_until is not None or not (self._backward or self.mover.s < self._frontier):
             return False
+        if self.breaks.retraced(self.mover.s):
+            self._backward, self._hold = False, Hold.HALT
         if self._held:
             self.state = State.HALTED
         elif self._backward:

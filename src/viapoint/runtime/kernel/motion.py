@@ -76,6 +76,8 @@ class Mover:
         self.direction = 1.0
         """1 forward, −1 back along the route, of the law or of the one before it."""
         self.override = override
+        self.pause: Callable[[float, float], float | None] = lambda s, direction: None
+        """The next place from s on, in a direction, at which to be at rest though the path goes on."""
         self._route = route
         self._tick = cell.tick
         self._auxiliary = AuxiliaryAxes.of(cell)
@@ -105,7 +107,8 @@ class Mover:
 
     def start_back(self, tick: int, line: int) -> bool:
         """From rest at `tick`: back to the exact stop before, or as far as the route is kept."""
-        return self._start(tick, line, -1.0, -self._route.stop_before(self.s))
+        end, pause = self._route.stop_before(self.s), self.pause(self.s, -1.0)
+        return self._start(tick, line, -1.0, -(end if pause is None else max(end, pause)))
 
     def _start(self, tick: int, line: int, direction: float, end: float) -> bool:
         begin = direction * self.s
@@ -280,8 +283,8 @@ class Mover:
     def _horizon(self, s: float) -> float:
         """s at which a law from s may end at rest: the next exact stop, or the end of enough pieces."""
         route = self._route
-        stop = route.next_stop(s)
-        last = route.end if stop is None else stop
+        rests = (route.end, route.next_stop(s), self.pause(s, 1.0))
+        last = min(place for place in rests if place is not None)
         k = bisect.bisect_right(route.ends, s) + _HORIZON_PIECES
         j = bisect.bisect_left(route.ends, s + self._reach(s))
         k = max(k, j)

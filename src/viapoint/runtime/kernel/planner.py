@@ -42,7 +42,9 @@ class Corner:
 class Planner:
     """Owns the chain of geometry and the route; `failure` is set once, and planning ends with it."""
 
-    def __init__(self, cell: Cell, buffer: MotionBuffer, q_start: Floats, *, stepping: bool = False) -> None:
+    def __init__(
+        self, cell: Cell, buffer: MotionBuffer, q_start: Floats, *, tool: int = 0, stepping: bool = False
+    ) -> None:
         self.route = Route(cell.robot, q_start, AuxiliaryAxes.of(cell))
         self.failure: MotionError | None = None
         self.corners: list[Corner] = []
@@ -58,7 +60,7 @@ class Planner:
         self._lines: dict[int, int] = {}  # of the motions from the oldest one whose end is undecided on
         self._decided: set[int] = set()  # tags among them whose end is
         self._open: int | None = None  # tag of the motion whose corner is not decided yet
-        self._tool = 0
+        self._tool = tool
         self._last = -1  # tag of the last motion
         self._forced_by: dict[int, int] = {}  # tag of a motion to the line that makes its end a stop
         monitor = Monitor(cell)

@@ -105,6 +105,20 @@ class Route:
         """s where motion `tag` ends and actions after it stand; None while that is not decided."""
         return self._places.get(tag)
 
+    def place_before(self, s: float) -> float:
+        """The last place before s at which a motion ends, as far as the route is kept; else its beginning."""
+        begin = self._bounds_at[0] if self._bounds_at else 0.0
+        return max((place for place in self._places.values() if begin <= place < s), default=begin)
+
+    def place_after(self, s: float) -> float:
+        """The first place behind s at which a motion ends, as far as the route is laid; else its end."""
+        return min((place for place in self._places.values() if place > s), default=self.end)
+
+    def line_at(self, s: float) -> int:
+        """Source line of the motion that leads on from s, 0 where none is kept."""
+        ends = ((place, self._motions[tag].line) for tag, place in self._places.items() if place > s)
+        return min(ends, default=(s, 0))[1]
+
     def travelled(self, s: float) -> float:
         """TCP length from the start of the route to s, m."""
         return float(self.axes.everything(np.array([s]))[0, -2]) if self.end > 0.0 else 0.0

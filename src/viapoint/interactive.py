@@ -1,0 +1,181 @@
+"""A session that takes one program after the other: the robot, its signals and the time go on between them.
+
+Tool and speed carry on from program to program, and so does the path: it can be travelled back over
+what was executed before. What the prompt types, what a loaded program says and what a jog moves are
+all programs here. Not here: reading commands, printing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+from viapoint.runtime.cell import Cell, Point
+from viapoint.runtime.kernel import Kernel, Start, State
+from viapoint.runtime.kernel.buffer import MotionBuffer
+from viapoint.runtime.kernel.dialogue import Dialogue
+from viapoint.runtime.kernel.trace import Trace
+from viapoint.runtime.records import Window
+from viapoint.runtime.signals import Scenario
+from viapoint.session import Listener, Loaded, Session, Status, compile_text
+from viapoint.vm import BEGINNING, Machine, Modal
+from viapoint.vm.ports import Dwell, Motion
+
+Question = Callable[[], bool]
+
+_RESTING: Final = (State.HALTED, State.EMERGENCY)
+_AWAITING: Final = (State.WAITING, State.POLLING)
+
+
+class Interactive(Session):
+    """A robot that stands at home at tick 0 and runs what it is given.
+
+    The points of its cell can be taught. Whoever drives it looks at windows with `run`, which comes to
+    an end when nothing goes on by itself: the program is over, halted, or waits for somebody outside.
+    """
+
+    def __init__(
+        self,
+        cell: Cell,
+        *,
+        scenario: Scenario | None = None,
+        override: float = 1.0,
+        listeners: Sequence[Listener] = (),
+    ) -> None:
+        self.points: dict[int, Point] = dict(cell.points)
+        """The points of `cell`: what is taught goes here."""
+        self.modal = BEGINNING
+        """What holds for the next program."""
+        self._keeps_modal = False
+        super().__init__(
+            replace(cell, points=self.points),
+            compile_text("", "<nothing>"),
+            scenario=scenario,
+            override=override,
+            patient=True,
+            listeners=listeners,
+        )
+        self.finish()
+
+    # --- programs ----------------------------------------------------------------------------------
+
+    def take_on(
+        self,
+        program: Loaded,
+        *,
+        breakpoints: Mapping[int, Question] | None = None,
+        keep_modal: bool = False,
+        steps: int | None = None,
+    ) -> None:
+        """Begin a program where the robot stands; `run` goes on with it.
+
+        With `steps` it halts when so many statements have been executed. With `keep_modal` tool and speed
+        are afterwards what they were. Raises RuntimeError while another one is under way.
+        """
+        if self.under_way:
+            raise RuntimeError(f"{self.program.source.name} is {self.kernel.state.value}")
+        if self.kernel.state is not State.FINISHED:
+            self._renew()
+        self.program, self._keeps_modal, self.status = program, keep_modal, Status.RUNNING
+        ports = self.kernel.dialogue
+        self._machine = Machine(program.program, ports, ports, modal=self.modal)
+        self.set_breakpoints(breakpoints or {})
+        self.kernel.take_on(self._machine, steps)
+        self._note_end()
+
+    @property
+    def under_way(self) -> bool:
+        """Whether a program has begun and is not over."""
+        return self.status is Status.RUNNING
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing goes on by itself."""
+        state = self.kernel.state
+        waits = state in _AWAITING and not self._world.pending()
+        return self.kernel.over or state in _RESTING or waits
+
+    def run(self) -> Iterator[Window]:
+        """Windows up to where nothing goes on by itself, or as long as they are asked for."""
+        if self.kernel.state is State.READY:
+            yield from super().run()
+        while not self.at_rest:
+            yield self._tell(self._timed(lambda: self.kernel.advance(self._window)))
+            self._note_end()
+
+    @property
+    def next_line(self) -> int:
+        """Source line of what is executed next, as far as it is known; of the place where the robot is."""
+        entry = self.kernel.execution.front
+        return self.kernel.line_here if entry is None or self.kernel.astray else entry.call.line
+
+    # --- commands ----------------------------------------------------------------------------------
+
+    def resume(self) -> None:
+        """Go on along the path after a halt, a step or a step back, to the next breakpoint."""
+        self.kernel.breaks.run_on()
+        super().resume()
+        self._note_end()
+
+    def step_on(self, statements: int = 1) -> None:
+        """Go on, and halt on the path when so many statements have been executed; `run` does it."""
+        self.kernel.step(statements)
+        self._note_end()
+
+    def step_back(self) -> None:
+        """Back along the path to where the motion before began; `run` does it."""
+        self.kernel.step_back()
+
+    def stop(self) -> None:
+        """Stop on the path within the limits and leave the program there; `run` does it."""
+        super().stop()
+        self._note_end()
+
+    def set_breakpoints(self, lines: Mapping[int, Question]) -> None:
+        """Lines of the program under way before which the robot halts, if what is asked there says so."""
+        self.kernel.breaks.lines = lines
+
+    def question(self, condition: str) -> Question:
+        """A condition of the language, to be asked at any time. Raises CompileError."""
+        loaded = compile_text(f"IF {condition}\nWAIT 1\nENDIF\n", "<condition>", self.cell)
+        return lambda: self._answer(loaded)
+
+    def _answer(self, loaded: Loaded) -> bool:
+        """Whether the branch of `loaded` is taken now; what it reads leaves no trace."""
+        buffer = MotionBuffer(2)  # the barrier and the wait
+        silent = Trace(lambda event: None, self.cell.tick)
+        ports = Dialogue(self.cell, self._world, buffer, silent, lambda: 0.0, patient=True)
+        machine = Machine(loaded.program, ports, ports)
+        machine.run()
+        machine.run()
+        while (entry := buffer.to_plan()) is not None and not isinstance(entry.call, Dwell):
+            buffer.planned()
+        return entry is not None
+
+    # --- the end of a program ----------------------------------------------------------------------
+
+    def _note_end(self) -> None:
+        if not self.kernel.over or not self.under_way:
+            return
+        self.status = self._final_status()
+        if not self._keeps_modal:
+            self.modal = self._modal_here()
+
+    def _modal_here(self) -> Modal:
+        """What holds at the robot's place: the interpreter may have been ahead of it."""
+        modal = self._machine.modal
+        if self.status is Status.FINISHED:
+            return modal
+        entry = self.kernel.execution.front
+        speed = entry.call.speed if entry is not None and isinstance(entry.call, Motion) else modal.speed
+        return Modal(speed, self.kernel.tool)
+
+    def _renew(self) -> None:
+        """A new kernel where the robot stands: what the old one had planned ahead is dropped."""
+        old = self.kernel
+        here = Start(old.tick, old.telemetry.joints.copy(), old.telemetry.auxiliary.copy(), old.tool)
+        self.kernel = Kernel(
+            self.cell, self._world, self._hear, override=old.mover.override, patient=True, start=here
+        )
+        self.kernel.planner.laid = old.planner.laid

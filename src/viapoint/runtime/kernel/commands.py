@@ -1,0 +1,118 @@
+"""What may be asked of a kernel at any tick: halt, stop, override and the like, and one step on or back.
+
+Each says what is wanted; how the path comes to rest, or on, is the mover's matter.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel.breaks import HERE, Breaks
+from viapoint.runtime.kernel.motion import Mover
+from viapoint.runtime.kernel.states import Hold, State
+from viapoint.runtime.kernel.trace import Trace
+
+
+class Commands(ABC):
+    """The commands of a kernel, and what keeps it from going on because of them."""
+
+    cell: Cell
+    state: State
+    trace: Trace
+    mover: Mover
+    breaks: Breaks
+    _hold = Hold.NONE
+    _paused = False
+    _backward = False
+    _frontier = 0.0  # s up to which the program has been executed
+
+    @property
+    @abstractmethod
+    def line(self) -> int:
+        """Source line the path is in."""
+
+    @property
+    def astray(self) -> bool:
+        """Whether the robot went back from the place up to which the program has been executed."""
+        return self.mover.s < self._frontier - HERE
+
+    @abstractmethod
+    def _settle(self) -> None:
+        """At rest: everything that takes no time, until something must be waited for."""
+
+    def halt(self) -> None:
+        """Stop on the path within the limits; the interpreter keeps running ahead. `resume` goes on."""
+        self._hold_back(Hold.HALT)
+
+    def stop(self) -> None:
+        """Stop on the path within the limits, and end the run there."""
+        self._hold_back(Hold.STOP)
+
+    def emergency_stop(self) -> None:
+        """Stop on the path with the emergency deceleration; `reset`, then `resume`, goes on."""
+        self._hold_back(Hold.EMERGENCY, self.cell.emergency_deceleration_factor)
+
+    def reset(self) -> None:
+        """Acknowledge an emergency stop once the robot stands: the run is then halted."""
+        if self.state is State.EMERGENCY:
+            self._hold, self.state = Hold.HALT, State.HALTED
+
+    def resume(self) -> None:
+        """Go on along the path after a halt; nothing while an emergency stop is not reset."""
+        if self._hold is Hold.HALT:
+            self._hold = Hold.NONE
+            self.breaks.run_on()
+            if self.state is State.HALTED:
+                self._settle()
+
+    def step(self, statements: int = 1) -> None:
+        """Go on from a halt and halt again, on the path, when so many statements have been executed.
+
+        After steps back it is one motion forward along the path.
+        """
+        if self.astray:
+            self.breaks.step_again(self.mover.s, self._frontier)
+        else:
+            self.breaks.step(statements)
+        self._release()
+
+    def step_back(self) -> None:
+        """At rest, halted or at the program's end: back to where the motion before began, and halt there."""
+        self.breaks.step_back(self.mover.s)
+        self._backward, self.state = True, State.HALTED
+        self._release()
+
+    def _release(self) -> None:
+        self._hold = Hold.NONE
+        if self.state is State.HALTED:
+            self._settle()
+
+    def set_override(self, override: float) -> None:
+        """Scale all speeds from the next tick on; 0 stands still, below 0 the path is travelled back.
+
+        Back it goes as far as the route is kept; nothing is read or written again until the path is, going
+        forward, where the program was. Raises ValueError outside −1 … 1.
+        """
+        if not -1.0 <= override <= 1.0:
+            raise ValueError(f"an override of {override!r} is not in -1 … 1")
+        self.trace.emit("override", self.line, value=override)
+        self._paused = override == 0.0
+        self._backward = override < 0.0
+        turns_round = self._backward != (self.mover.direction < 0.0)
+        if not self._paused and not (turns_round and self.state is State.MOVING):
+            self.mover.set_override(self.trace.tick, abs(override))
+        elif self.state is State.MOVING:
+            self.mover.halt(self.trace.tick)
+            self.mover.override = abs(override) or self.mover.override
+        if self.state is State.HALTED and self._hold is Hold.NONE:
+            self._settle()
+
+    def _hold_back(self, hold: Hold, deceleration_factor: float = 1.0) -> None:
+        if self.state.over or hold.value <= self._hold.value:
+            return
+        self._hold = hold
+        if self.state is State.MOVING:
+            self.mover.halt(self.trace.tick, deceleration_factor=deceleration_factor)
+        elif hold is not Hold.HALT:
+            self._settle()
