@@ -9,6 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from viapoint.cli.failures import UsageError
+from viapoint.narration import fixed
+
+__all__ = ["aligned", "fixed", "keep_inputs", "note", "print_json", "print_table"]
 
 
 def print_json(value: Any) -> None:
@@ -31,12 +34,6 @@ def aligned(head: Sequence[str], rows: Iterable[Sequence[str]], right: str) -> I
 def print_table(head: Sequence[str], rows: Iterable[Sequence[str]], right: str, indent: str = "") -> None:
     for line in aligned(head, rows, right):
         print(f"{indent}{line}".rstrip())
-
-
-def fixed(value: float, decimals: int) -> str:
-    """A number with fixed decimals and never a minus before nothing but zeros."""
-    text = f"{value:.{decimals}f}"
-    return text[1:] if text.startswith("-") and not text.strip("-0.") else text
 
 
 def note(text: str) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, Any
 
-from viapoint.cli.output import fixed, note, print_table
+from viapoint.cli.output import note, print_table
+from viapoint.narration import event_text, fixed, number
 
 if TYPE_CHECKING:
     from viapoint.cli.running import Peaks
@@ -59,14 +60,9 @@ def _with_speeds(blocks: list[Event], peaks: Peaks, session: Session) -> list[tu
     tick_s = session.cell.tick
     result = []
     for block in blocks:
-        last = round(_number(block, "t_end") / tick_s)
+        last = round(number(block, "t_end") / tick_s)
         result.append((block, float(speeds[block.tick : max(last, block.tick) + 1].max(initial=0.0))))
     return result
-
-
-def _number(event: Event, key: str) -> float:
-    value = event.data.get(key)
-    return float(value) if isinstance(value, (int, float)) else 0.0
 
 
 def _statement(lines: list[str], line: int, otherwise: str) -> str:
@@ -77,8 +73,8 @@ def _statement(lines: list[str], line: int, otherwise: str) -> str:
 def _block_row(block: Event, lines: list[str], peak: float) -> list[str]:
     from viapoint.language.units import MM
 
-    seconds = _number(block, "t_end") - block.t
-    length = _number(block, "length_mm")
+    seconds = number(block, "t_end") - block.t
+    length = number(block, "length_mm")
     mean = length / seconds if seconds > 0.0 else 0.0
     command = str(block.data.get("command", ""))
     return [
@@ -94,34 +90,7 @@ def _block_row(block: Event, lines: list[str], peak: float) -> list[str]:
 
 
 def _event_row(event: Event) -> list[str]:
-    return [fixed(event.t, 3), str(event.line) if event.line > 0 else "", event.kind, _event_text(event)]
-
-
-def _event_text(event: Event) -> str:
-    data = event.data
-    place = f" at {fixed(_number(event, 's_mm'), 2)} mm" if "s_mm" in data else ""
-    match event.kind:
-        case "output":
-            return f"{data['signal']} {_on_off(data['value'])}{place}"
-        case "input_read":
-            ahead = " (ahead)" if data.get("ahead") else ""
-            return f"{data['signal']} is {_on_off(data['value'])}{place}{ahead}"
-        case "wait":
-            return f"{data['reason']}: {fixed(_number(event, 't_end') - event.t, 3)} s"
-        case "m" | "track":
-            return f"{data['index']} {data['action']}"
-        case "error":
-            return f"{data['code']}: {data['message']}"
-        case _:
-            return "  ".join(f"{key} {_plain(value)}" for key, value in data.items())
-
-
-def _on_off(value: object) -> str:
-    return "on" if value else "off"
-
-
-def _plain(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return [fixed(event.t, 3), str(event.line) if event.line > 0 else "", event.kind, event_text(event)]
 
 
 def _print_limits(limits: dict[str, Any]) -> None:

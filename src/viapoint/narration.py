@@ -1,0 +1,48 @@
+"""Events and figures in words, for people: what `run` and the prompt print. No layout, no colour."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from viapoint.runtime.records import Event
+
+
+def event_text(event: Event) -> str:
+    """What an event says, without its time, line and kind."""
+    data = event.data
+    place = f" at {fixed(number(event, 's_mm'), 2)} mm" if "s_mm" in data else ""
+    match event.kind:
+        case "output":
+            return f"{data['signal']} {_on_off(data['value'])}{place}"
+        case "input_read":
+            ahead = " (ahead)" if data.get("ahead") else ""
+            return f"{data['signal']} is {_on_off(data['value'])}{place}{ahead}"
+        case "wait":
+            return f"{data['reason']}: {fixed(number(event, 't_end') - event.t, 3)} s"
+        case "m" | "track":
+            return f"{data['index']} {data['action']}"
+        case "error":
+            return f"{data['code']}: {data['message']}"
+        case _:
+            return "  ".join(f"{key} {_plain(value)}" for key, value in data.items())
+
+
+def _on_off(value: object) -> str:
+    return "on" if value else "off"
+
+
+def _plain(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def number(event: Event, key: str) -> float:
+    """A number of an event's data; 0 where it has none."""
+    value = event.data.get(key)
+    return float(value) if isinstance(value, (int, float)) else 0.0
+
+
+def fixed(value: float, decimals: int) -> str:
+    """A number with fixed decimals and never a minus before nothing but zeros."""
+    text = f"{value:.{decimals}f}"
+    return text[1:] if text.startswith("-") and not text.strip("-0.") else text
