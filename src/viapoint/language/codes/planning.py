@@ -221,6 +221,6 @@ half_angle_deg = 30
         "cannot be run yet",
         """The cell or the scenario asks for something that is understood but not there yet. It is refused
         before anything moves, since the run would not be what the file says. Take the key out.""",
-        Example(program="MJ J1=10 F20\n", cell=_ROBOT + '[controller]\nprofile = "bezier"\n'),
+        Example(program="MJ J1=10 F20\n", cell=_ROBOT + '[drives]\nkind = "servo"\n'),
     ),
 )

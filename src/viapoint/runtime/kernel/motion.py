@@ -27,9 +27,8 @@ from viapoint.runtime.timing import (
     AxisLimits,
     TimeLaw,
     TimingError,
-    extend,
     halt,
-    plan,
+    profile,
 )
 
 _HORIZON_PIECES: Final = 32
@@ -41,9 +40,6 @@ _RENEW_PIECES: Final = 8
 
 _STOPPING_SHARE: Final = 3.0
 """The horizon is at least this many stopping distances long, and renewed while half of it is left."""
-
-_SLOWING_GROWTH: Final = 1.4
-"""Factor between the distances tried over which a lower override takes effect."""
 
 _REPORT_SAMPLES: Final = 33
 """Times at which a block is asked what limits it."""
@@ -90,6 +86,7 @@ class Mover:
             deceleration=np.append(acceleration, (path.deceleration, path.angular_acceleration)),
         )
         self._path = path
+        self._profile = profile(cell.profile)
         self._slowing_until = -np.inf  # r up to which a higher override still holds, while slowing down
         self._slowing_from = override
 
@@ -117,7 +114,7 @@ class Mover:
         self.direction, self._slowing_until = direction, -np.inf
         curve = self._curve(end)
         try:
-            self.law = plan(
+            self.law = self._profile.plan(
                 curve,
                 self.limits,
                 partial(self._speed_bound, curve),
@@ -179,7 +176,7 @@ class Mover:
             self._slowing_until = r + distance
             if self._adopt(self._anew(tick, law.s_end)):
                 return True
-            distance *= _SLOWING_GROWTH
+            distance *= self._profile.growth
         self._slowing_until = law.s_end  # too near to its end to slow down before it: the next law will
         return False
 
@@ -201,7 +198,9 @@ class Mover:
 
         def planned() -> TimeLaw | None:
             time = (tick + 1) * self._tick
-            return extend(law, curve, self.limits, bound, s_end=end, tick=self._tick, commit_time=time)
+            return self._profile.extend(
+                law, curve, self.limits, bound, s_end=end, tick=self._tick, commit_time=time
+            )
 
         return planned
 
@@ -278,7 +277,8 @@ class Mover:
         """How far from s the route should be known: some stopping distances from the programmed speed."""
         path = self._path
         speed = min(path.speed, self._route.fastest(s, _HORIZON_PIECES))
-        return _STOPPING_SHARE * speed * (0.5 * speed / path.deceleration + path.acceleration / path.jerk)
+        share = _STOPPING_SHARE * self._profile.stopping
+        return share * speed * (0.5 * speed / path.deceleration + path.acceleration / path.jerk)
 
     def _horizon(self, s: float) -> float:
         """s at which a law from s may end at rest: the next exact stop, or the end of enough pieces."""

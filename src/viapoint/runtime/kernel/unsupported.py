@@ -18,8 +18,6 @@ def refusal(cell: Cell, scenario: Scenario | None) -> PlanningError | None:
 
 
 def _unsupported(cell: Cell, scenario: Scenario | None) -> Iterator[str]:
-    if cell.profile != "s-curve":
-        yield f'controller.profile = "{cell.profile}"'
     if cell.filter.ticks > 0:
         yield "controller.filter"
     if cell.drives.kind != "ideal":

@@ -8,12 +8,14 @@ from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.law import PROGRAMMED_SPEED, UNLIMITED, Quality, TimeLaw
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 from viapoint.runtime.timing.planner import extend, halt, plan
+from viapoint.runtime.timing.shaped import Profile, profile
 
 __all__ = [
     "PROGRAMMED_SPEED",
     "UNLIMITED",
     "AxisCurve",
     "AxisLimits",
+    "Profile",
     "Quality",
     "SpeedBound",
     "TimeLaw",
@@ -21,4 +23,5 @@ __all__ = [
     "extend",
     "halt",
     "plan",
+    "profile",
 ]

@@ -67,11 +67,11 @@ def plan(
     """
     _require(s_start, s_end, tick)
     est = estimate(curve, limits, speed_bound, s_start, s_end, tick)
-    ask = Request(curve, limits, speed_bound, s_end, _checked_at(tick, est))
+    ask = Request(curve, limits, speed_bound, s_end, checked_at(tick, est))
     law = _exact(ask, est, State(s_start, 0.0, 0.0), t0, None)
     if law is None:
         law = Search(ask, from_rest(ask, est, s_start), t0, None).run()
-    return law if law.quality.stretch == 1.0 and within(law.quality.peaks) else _stretch(ask, law)
+    return law if law.quality.stretch == 1.0 and within(law.quality.peaks) else stretched(ask, law)
 
 
 def extend(
@@ -96,7 +96,7 @@ def extend(
     if joint is None or joint.state.s >= s_end:
         return None
     est = estimate(curve, limits, speed_bound, joint.state.s, s_end, tick, joint.state.v)
-    ask = Request(curve, limits, speed_bound, s_end, _checked_at(tick, est))
+    ask = Request(curve, limits, speed_bound, s_end, checked_at(tick, est))
     exact_law = _exact(ask, est, joint.state, law.t0, joint)
     if exact_law is not None:
         return exact_law
@@ -150,7 +150,7 @@ def _joint(law: TimeLaw, since: float, at_once: bool) -> Joint | None:
     return Joint(law, k, since, State(s, v, a), None) if v > 0.0 else None
 
 
-def _checked_at(tick: float, est: Estimate) -> float:
+def checked_at(tick: float, est: Estimate) -> float:
     """Step at which a law is checked: its ticks, unless they are beyond number."""
     return max(tick, float(est.t[-1]) / _MOST_CHECKED)
 
@@ -181,7 +181,7 @@ def _exact(ask: Request, est: Estimate, state: State, t0: float, joint: Joint | 
     return replace(law, limiter=np.concatenate((before, codes)))
 
 
-def _stretch(ask: Request, law: TimeLaw) -> TimeLaw:
+def stretched(ask: Request, law: TimeLaw) -> TimeLaw:
     """The law slowed down uniformly until its ticks are within all limits."""
     factor = 1.0
     peaks = law.quality.peaks
