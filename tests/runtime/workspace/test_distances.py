@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import coal
 import fcl
 import numpy as np
 import pytest
 
+from viapoint.runtime import core
 from viapoint.runtime.records import Floats
 from viapoint.runtime.rotations import abc_to_matrix
 from viapoint.runtime.workspace.distances import (
@@ -21,10 +24,13 @@ from viapoint.runtime.workspace.distances import (
 
 SEED = 6018
 PAIRS = 100_000
-PAIRS_WITH_COAL = 20_000  # it takes one pair at a time
+PAIRS_WITH_COAL = 60_000  # of each kind
 COAL_TOLERANCE = 1e-6  # m; what coal itself is exact to
 EXACT = 1e-12
 HULL = 2e-8  # m that two nearly parallel segments may be off by
+
+Segments = tuple[Floats, Floats]
+Placed = tuple[coal.ShapeBase, coal.Transform3s]
 
 
 def random_segments(rng: np.random.Generator, count: int) -> tuple[Floats, Floats]:
@@ -36,22 +42,53 @@ def random_segments(rng: np.random.Generator, count: int) -> tuple[Floats, Float
     return start, start + along
 
 
-def placed(start: Floats, end: Floats) -> coal.Transform3s:
-    """Where coal's capsule, along its own Z, must be put to lie from start to end."""
+def touching(rng: np.random.Generator, p: Segments, radii: Floats) -> Segments:
+    """Segments whose capsules touch those along p (N, 3) in one point: tangent to them, beside them."""
+    along = p[1] - p[0]
+    out = np.cross(along + 1e-3, rng.normal(size=along.shape))
+    away = out / np.linalg.norm(out, axis=1, keepdims=True)
+    away -= along * (np.einsum("ij,ij->i", away, along) / np.einsum("ij,ij->i", along, along))[:, None]
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    middle = p[0] + rng.uniform(0.2, 0.8, (len(along), 1)) * along + radii.sum(axis=0)[:, None] * away
+    tangent = np.cross(away, rng.normal(size=along.shape))
+    before, after = rng.uniform(0.0, 1.0, (2, len(along), 1))
+    return middle - before * tangent, middle + after * tangent
+
+
+def attitudes(start: Floats, end: Floats) -> Floats:
+    """Rotations (N, 3, 3) that turn Z along segments (N, 3)."""
     along = end - start
-    length = float(np.linalg.norm(along))
-    z = along / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
-    x = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])
-    x /= np.linalg.norm(x)
-    return coal.Transform3s(np.stack((x, np.cross(z, x), z), axis=1), 0.5 * (start + end))
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    z = np.where(length > 0.0, along / np.maximum(length, 1e-300), [0.0, 0.0, 1.0])
+    x = np.cross(z, np.eye(3)[np.argmin(np.abs(z), axis=1)])
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    return np.stack((x, np.cross(z, x), z), axis=-1)
 
 
-def coal_distance(
-    a: coal.ShapeBase, X_a: coal.Transform3s, b: coal.ShapeBase, X_b: coal.Transform3s
-) -> float:
-    request = coal.DistanceRequest()
+def coal_capsules(start: Floats, end: Floats, radius: Floats) -> list[Placed]:
+    """coal's capsules, which lie along their own Z, from start to end."""
+    lengths, middles = np.linalg.norm(end - start, axis=1), 0.5 * (start + end)
+    return [
+        (coal.Capsule(r, length), coal.Transform3s(R, middle))
+        for r, length, R, middle in zip(radius, lengths.tolist(), attitudes(start, end), middles, strict=True)
+    ]
+
+
+def coal_distances(first: list[Placed], second: list[Placed]) -> Floats:
+    request, result = coal.DistanceRequest(), coal.DistanceResult()
     request.gjk_tolerance = 1e-8
-    return float(coal.distance(a, X_a, b, X_b, request, coal.DistanceResult()))
+    distances = []
+    for (a, X_a), (b, X_b) in zip(first, second, strict=True):
+        result.clear()
+        distances.append(coal.distance(a, X_a, b, X_b, request, result))
+    return np.array(distances)
+
+
+def both_cores(twin: Callable[..., Floats], compiled: str, *arguments: Floats) -> list[Floats]:
+    """What the numpy formula says, and what the compiled core does where it was built."""
+    module = core.built("workspace._core")
+    said = [twin(*arguments)]
+    return said if module is None else [*said, getattr(module, compiled)(*arguments)]
 
 
 def assert_agree(ours: Floats, theirs: Floats) -> None:
@@ -64,46 +101,48 @@ def assert_agree(ours: Floats, theirs: Floats) -> None:
 
 
 def test_capsules_agree_with_coal() -> None:
+    """At random, parallel, touching, of no length."""
     print("seed", SEED)
-    rng = np.random.default_rng(SEED)
-    p0, p1 = random_segments(rng, PAIRS_WITH_COAL)
-    q0, q1 = random_segments(rng, PAIRS_WITH_COAL)
-    parallel = rng.random(PAIRS_WITH_COAL) < 0.1
+    rng, count = np.random.default_rng(SEED), PAIRS_WITH_COAL
+    p0, p1 = random_segments(rng, count)
+    q0, q1 = random_segments(rng, count)
+    radii = rng.uniform(0.001, 0.2, (2, count))
+    kind = rng.random(count)
+    parallel = kind < 0.1
     q1[parallel] = q0[parallel] + (p1 - p0)[parallel] * rng.normal(size=(int(parallel.sum()), 1))
-    radii = rng.uniform(0.001, 0.2, (2, PAIRS_WITH_COAL))
-    theirs = [
-        coal_distance(
-            coal.Capsule(radii[0, k], float(np.linalg.norm(p1[k] - p0[k]))),
-            placed(p0[k], p1[k]),
-            coal.Capsule(radii[1, k], float(np.linalg.norm(q1[k] - q0[k]))),
-            placed(q0[k], q1[k]),
-        )
-        for k in range(PAIRS_WITH_COAL)
-    ]
-    assert_agree(capsule_capsule(p0, p1, radii[0], q0, q1, radii[1]), np.array(theirs))
+    tangent = (kind > 0.9) & (np.linalg.norm(p1 - p0, axis=1) > 0.01)
+    q0[tangent], q1[tangent] = touching(rng, (p0[tangent], p1[tangent]), radii[:, tangent])
+    theirs = coal_distances(coal_capsules(p0, p1, radii[0]), coal_capsules(q0, q1, radii[1]))
+    for distance in both_cores(segment_segment, "segment_segments", p0, p1, q0, q1):
+        ours = distance - radii[0] - radii[1]
+        assert ours == pytest.approx(capsule_capsule(p0, p1, radii[0], q0, q1, radii[1]), abs=EXACT)
+        assert np.abs(ours[tangent]).max() < EXACT
+        assert tangent.sum() > 3000
+        assert_agree(ours, theirs)
 
 
 def test_capsules_and_boxes_agree_with_coal() -> None:
+    """At random, wholly inside, touching a face, along a face, of no length."""
     print("seed", SEED + 1)
-    rng = np.random.default_rng(SEED + 1)
-    start, end = random_segments(rng, PAIRS_WITH_COAL)
-    half = rng.uniform(0.02, 0.8, (PAIRS_WITH_COAL, 3))
-    inside = rng.random(PAIRS_WITH_COAL) < 0.1
+    rng, count = np.random.default_rng(SEED + 1), PAIRS_WITH_COAL
+    start, end = random_segments(rng, count)
+    half, radius = rng.uniform(0.02, 0.8, (count, 3)), rng.uniform(0.001, 0.2, count)
+    kind = rng.random(count)
+    inside = kind < 0.1
     start[inside], end[inside] = half[inside] * rng.uniform(-1.0, 1.0, (2, int(inside.sum()), 3))
-    radius = rng.uniform(0.001, 0.2, PAIRS_WITH_COAL)
-    ours = capsule_box(start, end, radius, half)
-    assert (ours[inside] < 0.0).all()
+    on_top = kind > 0.9  # an end, or the whole of it, one radius above the upper face
+    start[on_top, :2] = half[on_top, :2] * rng.uniform(-1.0, 1.0, (int(on_top.sum()), 2))
+    start[on_top, 2] = half[on_top, 2] + radius[on_top]
+    end[on_top, 2] = start[on_top, 2] + np.where(kind[on_top] > 0.95, 0.0, np.abs(end[on_top, 2]))
     here = coal.Transform3s()
-    theirs = [
-        coal_distance(
-            coal.Capsule(radius[k], float(np.linalg.norm(end[k] - start[k]))),
-            placed(start[k], end[k]),
-            coal.Box(*(2.0 * half[k])),
-            here,
-        )
-        for k in range(PAIRS_WITH_COAL)
-    ]
-    assert_agree(ours, np.array(theirs))
+    cuboids = [(coal.Box(*(2.0 * h)), here) for h in half]
+    theirs = coal_distances(coal_capsules(start, end, radius), cuboids)
+    for distance in both_cores(segment_box, "segment_boxes", start, end, half):
+        ours = distance - radius
+        assert ours == pytest.approx(capsule_box(start, end, radius, half), abs=EXACT)
+        assert (distance[inside] <= 0.0).all()
+        assert np.abs(ours[on_top]).max() < EXACT
+        assert_agree(ours, theirs)
 
 
 def test_boxes_collide_where_fcl_says_so() -> None:
@@ -112,12 +151,10 @@ def test_boxes_collide_where_fcl_says_so() -> None:
     start, end = random_segments(rng, count)
     half, radius = rng.uniform(0.02, 0.8, (count, 3)), rng.uniform(0.01, 0.2, count)
     ours = capsule_box(start, end, radius, half)
-    lengths = np.linalg.norm(end - start, axis=1)
+    lengths, turns = np.linalg.norm(end - start, axis=1), attitudes(start, end)
     for k in np.flatnonzero(np.abs(ours) > 1e-5):
-        X = placed(start[k], end[k])
-        capsule = fcl.CollisionObject(
-            fcl.Capsule(radius[k], lengths[k]), fcl.Transform(X.getRotation(), X.getTranslation())
-        )
+        X = fcl.Transform(turns[k], 0.5 * (start[k] + end[k]))
+        capsule = fcl.CollisionObject(fcl.Capsule(radius[k], lengths[k]), X)
         box = fcl.CollisionObject(fcl.Box(*(2.0 * half[k])))
         hits = fcl.collide(capsule, box, fcl.CollisionRequest(), fcl.CollisionResult())
         assert bool(hits) == (ours[k] < 0.0), (k, ours[k])
@@ -128,13 +165,13 @@ def test_segments_agree_with_dense_sampling() -> None:
     count, samples = PAIRS, 65
     p0, p1 = random_segments(rng, count)
     q0, q1 = random_segments(rng, count)
-    ours = segment_segment(p0, p1, q0, q1)
     sampled = np.full(count, np.inf)
     for t in np.linspace(0.0, 1.0, samples):
         sampled = np.minimum(sampled, point_segment(p0 + t * (p1 - p0), q0, q1))
     spacing = np.linalg.norm(p1 - p0, axis=1) / (samples - 1)
-    assert (ours <= sampled + EXACT).all()
-    assert (ours >= sampled - 0.5 * spacing - EXACT).all()
+    for ours in both_cores(segment_segment, "segment_segments", p0, p1, q0, q1):
+        assert (ours <= sampled + EXACT).all()
+        assert (ours >= sampled - 0.5 * spacing - EXACT).all()
 
 
 def test_boxes_agree_with_dense_sampling() -> None:
@@ -142,13 +179,13 @@ def test_boxes_agree_with_dense_sampling() -> None:
     count, samples = PAIRS, 65
     start, end = random_segments(rng, count)
     half = rng.uniform(0.02, 0.8, (count, 3))
-    ours = segment_box(start, end, half)
     sampled = np.full(count, np.inf)
     for t in np.linspace(0.0, 1.0, samples):
         sampled = np.minimum(sampled, point_box(start + t * (end - start), half))
     spacing = np.linalg.norm(end - start, axis=1) / (samples - 1)
-    assert (ours <= sampled + EXACT).all()
-    assert (ours >= sampled - 0.5 * spacing - EXACT).all()
+    for ours in both_cores(segment_box, "segment_boxes", start, end, half):
+        assert (ours <= sampled + EXACT).all()
+        assert (ours >= sampled - 0.5 * spacing - EXACT).all()
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4])

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
+from viapoint.runtime import core
 from viapoint.runtime.cell import Cell, parse_cell
-from viapoint.runtime.records import Floats
+from viapoint.runtime.records import Floats, Ints
 from viapoint.runtime.rotations import abc_to_matrix
-from viapoint.runtime.workspace import TOUCH, Monitor, Rule, Watch, grid
+from viapoint.runtime.workspace import TOUCH, Monitor, Rule, Ticks, Watch, grid
 from viapoint.runtime.workspace.boxes import Boxes, Union
 from viapoint.runtime.workspace.distances import point_segment
 
@@ -130,9 +134,11 @@ def random_box(rng: np.random.Generator) -> tuple[list[float], list[float], list
     return rng.uniform(-0.5, 0.5, 3).tolist(), rng.uniform(0.3, 0.9, 3).tolist(), angles.tolist()
 
 
-def test_few_looks_see_what_looking_everywhere_sees() -> None:
+@pytest.mark.parametrize("name", ["python", "auto"])
+def test_few_looks_see_what_looking_everywhere_sees(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Random joint paths: first violation and every crossing, also when the path comes in parts."""
     print("seed", SEED + 1)
+    monkeypatch.setenv(core.VARIABLE, name)
     rng = np.random.default_rng(SEED + 1)
     monitor = Monitor(cell(ZONES))
     violations = crossings = looks = 0
@@ -160,6 +166,21 @@ def test_few_looks_see_what_looking_everywhere_sees() -> None:
     print(f"{looks} looks")
 
 
+class Counted(Ticks):
+    """Counts the rows that are looked at."""
+
+    looks = 0
+
+    def joints(self, rows: Ints) -> Floats:
+        self.looks += len(rows)
+        return super().joints(rows)
+
+    def march(self, rules: Any, room: float) -> Any:
+        looked = super().march(rules, room)
+        self.looks += len(looked[0])
+        return looked
+
+
 def followed(watch: Watch, monitor: Monitor, q: Floats, cuts: list[int]) -> tuple[int | None, list[int], int]:
     """First violation and crossings of a path (N, 6) taken in three parts; how many rows were looked at."""
     met: list[int] = []
@@ -170,19 +191,92 @@ def followed(watch: Watch, monitor: Monitor, q: Floats, cuts: list[int]) -> tupl
         if not len(part):
             continue
 
-        def joints(rows: np.ndarray[tuple[int, ...], np.dtype[np.int64]], part: Floats = part) -> Floats:
-            nonlocal asked
-            asked += len(rows)
-            return part[rows]
-
-        travel = np.cumsum(np.abs(np.diff(part, axis=0, prepend=before[None])) @ monitor.pace(1))
-        seen = watch.look(travel, joints, 1)
+        ticks = Counted(part, before, monitor.pace(1))
+        seen = watch.look(ticks, 1)
+        asked += ticks.looks
         met += [begin + crossing.row for crossing in seen.crossings]
         if seen.violation is not None:
             return begin + seen.violation.row, met, asked
         watch.advance(len(part) - 1)
         before = part[-1]
     return None, met, asked
+
+
+UNION = ZONES.replace("half_angle_deg = 150", "half_angle_deg = 60").replace(
+    "[orientation_cone]",
+    """
+[[frames]]
+index = 2
+xyz = [300, 200, 1500]
+abc = [20, 30, 40]
+[[zones]]
+name = "turned"
+kind = "safe"
+frame = 2
+corner_1 = [0, 0, 0]
+corner_2 = [2500, 2500, 2500]
+[orientation_cone]""",
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "robot"),
+    [
+        ("", ROBOT),
+        ("[body]\nradius_mm = [0, 0, 0, 0, 0, 0]\n", ROBOT),
+        (ZONES, ROBOT),
+        (UNION, ROBOT),
+        (ZONES.replace("[orient", "[body]\nradius_mm = [90, 60, 60, 50, 40, 30]\n[orient"), BODILESS),
+    ],
+)
+def test_the_compiled_core_sees_the_same_clearances(
+    text: str, robot: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of every rule and zone, at joints all over the ranges."""
+    print("seed", SEED + 3)
+    rng = np.random.default_rng(SEED + 3)
+    watched, tool = cell(text, robot), 1 if "tools" in text else 0
+    limits = watched.robot.limits
+    q = rng.uniform(limits.lower, limits.upper, (4_000, 6))
+    seen = []
+    for name in ("python", "auto"):
+        monkeypatch.setenv(core.VARIABLE, name)
+        seen.append(Monitor(watched).clearances(q, tool))
+    for twin, compiled in zip(*seen, strict=True):
+        assert twin.shape == compiled.shape
+        assert np.abs(twin - compiled).max(initial=0.0) < 1e-9
+
+
+@pytest.mark.parametrize("model", ["frigeni6", "irb140", "irb1400"])
+def test_a_chain_is_where_the_robot_is(model: str) -> None:
+    body = Monitor(cell(ZONES, f'[robot]\nmodel = "{model}"\n')).body(1)
+    assert body.chain is not None
+    q = np.random.default_rng(SEED).uniform(-4.0, 4.0, (500, 6))
+    points, R = body.chain.place(q)
+    assert np.abs(points - body.points(q)).max() < 1e-12
+    assert np.abs(R - body.robot.fk(q)[:, :3, :3]).max() < 1e-12
+
+
+def test_a_robot_that_is_no_chain_is_watched_all_the_same() -> None:
+    """One whose joints do not turn about fixed lines: the compiled core leaves it to the twin."""
+    watched = cell(ZONES)
+    fk = watched.robot.kinematics.fk
+
+    class Bent:
+        """The same arm, the last joint turning by the square of its angle."""
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(watched.robot.kinematics, name)
+
+        def fk(self, q: Floats) -> Floats:
+            return fk(np.concatenate((q[..., :5], q[..., 5:] ** 2), axis=-1))
+
+    bent = replace(watched, robot=replace(watched.robot, kinematics=Bent()))
+    monitor = Monitor(bent)
+    assert monitor.body(1).chain is None
+    assert monitor.rules(1) is None
+    q = np.zeros((1, 6))
+    assert np.abs(monitor.clearances(q, 1)[0] - Monitor(watched).clearances(q, 1)[0]).max() < 1e-9
 
 
 def test_clearances_change_by_no_more_than_the_pace() -> None:

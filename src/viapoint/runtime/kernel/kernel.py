@@ -66,7 +66,7 @@ class Kernel(Commands):
         self.breaks = Breaks(self._buffer, self.planner.route)
         self.mover.pause = self.breaks.next_place
         self.telemetry = Telemetry(cell, start.joints)
-        self.guard = TickGuard(cell, self.trace)
+        self.guard = TickGuard(self.planner.monitor, self.trace)
         self.execution = Execution(self._buffer, world, self.trace, self.planner, self.mover, self._room_for)
         self.execution.tool = start.tool
         self.dialogue = Dialogue(cell, world, self._buffer, self.trace, self._travelled_mm, patient=patient)

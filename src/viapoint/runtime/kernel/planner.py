@@ -63,9 +63,9 @@ class Planner:
         self._tool = tool
         self._last = -1  # tag of the last motion
         self._forced_by: dict[int, int] = {}  # tag of a motion to the line that makes its end a stop
-        monitor = Monitor(cell)
-        if monitor.active:
-            guard = PathGuard(monitor, self.route.tool_of, self.zone_crossings.append)
+        self.monitor = Monitor(cell)
+        if self.monitor.active:
+            guard = PathGuard(self.monitor, self.route.tool_of, self.zone_crossings.append)
             self.route.axes.inspect = guard.inspect
 
     @property

@@ -13,8 +13,9 @@ import numpy as np
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.records import Floats, Ints
 from viapoint.runtime.robots import Robot
+from viapoint.runtime.workspace.chain import Chain, chain_of, wire_frame
 
-_PROBES: Final = 64
+_PROBES: Final = 24
 """Joint vectors, spread evenly over the ranges, at which it is seen which joint moves which point."""
 
 _PROBE_STEP: Final = 1e-5
@@ -45,17 +46,17 @@ class Body:
     part_pace: Floats
     pair_pace: Floats
     pace: Floats
+    chain: Chain | None
+    """The frame as a chain of turns and slides, if it is one."""
 
     @property
     def thinnest(self) -> float:
         """Radius of the thinnest capsule that moves, m; 0 for a wire frame."""
         return float(self.radius[self.moving].min(initial=np.inf))
 
-    def points(self, joints: Floats) -> tuple[Floats, Floats]:
-        """(N, n) → ends (N, P + 1, 3) of the capsules, one after the other; flange poses (N, 4, 4)."""
-        X = self.robot.fk(joints)
-        tip = X[:, :3, 3] + X[:, :3, :3] @ self.tool_point
-        return np.concatenate((self.robot.link_points(joints), tip[:, None]), axis=1), X
+    def points(self, joints: Floats) -> Floats:
+        """(N, n) → ends (N, P + 1, 3) of the capsules, one after the other."""
+        return wire_frame(self.robot, self.tool_point, joints)
 
 
 def body_of(cell: Cell, tool: int) -> Body:
@@ -64,13 +65,15 @@ def body_of(cell: Cell, tool: int) -> Body:
     tip, thickness = held.X_flange_tool[:3, 3], 0.0
     if held.capsule is not None:
         tip, thickness = held.capsule.to, held.capsule.radius
-    probed = _probe(robot, tip)
+    probes = _probes(robot)
+    probed = wire_frame(robot, tip, _steps(probes))
     length = np.asarray(np.linalg.norm(np.diff(probed[:, 0], axis=-2), axis=-1).max(axis=0))
     links = len(length) - 1
     radii = np.zeros(links) if robot.body_radius is None else robot.body_radius[:links]
     radius = np.append(np.pad(radii, (0, links - len(radii))), thickness)
     present = np.append(np.ones(links, dtype=np.bool_), float(length[-1]) > 0.0 or thickness > 0.0)
-    point_pace = _point_pace(robot, probed, length)
+    seen = np.linalg.norm(probed[:, 1:] - probed[:, :1], axis=-1).max(axis=0) / _PROBE_STEP
+    point_pace = _point_pace(robot, seen.T, length)
     part_pace = np.maximum(point_pace[:-1], point_pace[1:])
     pairs = _pairs(length, radius, present)
     if robot.body_radius is None:
@@ -85,29 +88,31 @@ def body_of(cell: Cell, tool: int) -> Body:
         part_pace=part_pace,
         pair_pace=_pair_pace(probed, pairs, part_pace),
         pace=np.asarray(part_pace.max(axis=0)),
+        chain=chain_of(robot, tip, seen > _STILL, probes),
     )
 
 
-def _probe(robot: Robot, tip: Floats) -> Floats:
-    """Points (S, 1 + n, K, 3) of the frame at probes of the joints, and with each joint moved by a step."""
+def _probes(robot: Robot) -> Floats:
+    """Joints (S, n) all over the ranges: multiples of irrational numbers fill them evenly."""
     lower, upper = robot.limits.lower, robot.limits.upper
-    n = robot.joint_count
-    spread = np.sqrt(np.arange(2.0, 2.0 + n))  # multiples of irrational numbers fill the ranges evenly
-    q = lower + (upper - lower) * np.modf(np.arange(1.0, _PROBES + 1.0)[:, None] * spread)[0]
-    near = np.concatenate((q[:, None], q[:, None] + _PROBE_STEP * np.eye(n)), axis=1)
-    X = robot.fk(near)
-    end = X[..., :3, 3] + X[..., :3, :3] @ tip
-    points: Floats = np.concatenate((robot.link_points(near), end[..., None, :]), axis=-2)
-    return points
+    spread = np.sqrt(np.arange(2.0, 2.0 + robot.joint_count))
+    probes: Floats = lower + (upper - lower) * np.modf(np.arange(1.0, _PROBES + 1.0)[:, None] * spread)[0]
+    return probes
 
 
-def _point_pace(robot: Robot, probed: Floats, length: Floats) -> Floats:
-    """Bound (K, n) on the speeds of the points: the chain from the joint to the point, stretched out.
+def _steps(probes: Floats) -> Floats:
+    """(S, 1 + n, n): the probes, and each joint of theirs moved by a step."""
+    moved = probes[:, None] + _PROBE_STEP * np.eye(probes.shape[1])
+    return np.concatenate((probes[:, None], moved), axis=1)
+
+
+def _point_pace(robot: Robot, seen: Floats, length: Floats) -> Floats:
+    """Bound (K, n) on the speeds of the points, seen at up to (K, n): the chain from the joint to the point,
+    stretched out.
 
     The last point that a joint leaves in place lies on its axis, in every family; that no speed seen is
     above the bound is taken care of all the same.
     """
-    seen = np.linalg.norm(probed[:, 1:] - probed[:, :1], axis=-1).max(axis=0).T / _PROBE_STEP
     pace = np.where(seen > _STILL, seen, 0.0)
     chain = np.concatenate(([0.0], np.cumsum(length)))
     for joint in np.flatnonzero(~robot.prismatic & pace.any(axis=0)).tolist():

@@ -23,7 +23,7 @@ is meant is so small."""
 _SPECK: Final = 1e-12
 """m². Pieces of faces smaller than this are left over by rounding."""
 
-_AMPLE: Final = 0.05
+AMPLE: Final = 0.05
 """m. With so much to spare, a cheap bound on the clearance is good enough."""
 
 
@@ -52,7 +52,7 @@ class Boxes:
         a, b = self.local(start), self.local(end)
         least = np.maximum(np.minimum(a, b), -np.maximum(a, b)) - self.half
         gaps = np.asarray(np.linalg.norm(np.maximum(least, 0.0), axis=-1)) - radius[..., None]
-        near = np.nonzero(gaps < _AMPLE)
+        near = np.nonzero(gaps < AMPLE)
         gaps[near] = segment_box(a[near], b[near], self.half[near[-1]]) - radius[near[:-1]]
         return gaps
 
@@ -80,8 +80,15 @@ class Union:
         self.boxes = boxes
         pieces = _shell(boxes) if len(boxes) > 1 else []
         most = max((len(corners) for corners, _ in pieces), default=0)
-        self._corners = np.array([_padded(corners, most) for corners, _ in pieces])
-        self._normals = np.array([normal for _, normal in pieces])
+        self._corners = np.array([_padded(corners, most) for corners, _ in pieces]).reshape(
+            -1, max(most, 1), 3
+        )
+        self._normals = np.array([normal for _, normal in pieces]).reshape(-1, 3)
+
+    @property
+    def shell(self) -> tuple[Floats, Floats]:
+        """The faces of a union: convex polygons, corners (F, V, 3), and normals (F, 3)."""
+        return self._corners, self._normals
 
     def clearance(self, start: Floats, end: Floats, radius: Floats) -> Floats:
         """How far capsules (M, 3), (M, 3), (M,) are from leaving the union, m (M,); negative where one does.
@@ -90,7 +97,7 @@ class Union:
         axis itself is outside it is by how far, and the radius.
         """
         depth: Floats = self._in_one(start, end)
-        ample = radius + _AMPLE
+        ample = radius + AMPLE
         if len(self.boxes) > 1:
             close = np.flatnonzero(depth < ample)
             if len(close):

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum, unique
-from typing import Final, assert_never
+from typing import Any, Final, assert_never
 
 import numpy as np
 
 from viapoint.language.units import DEG, MM
+from viapoint.runtime import core
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.records import Floats
 from viapoint.runtime.workspace.body import Body, body_of
@@ -22,13 +23,13 @@ from viapoint.runtime.workspace.distances import segment_segment
 TOUCH: Final = 1e-7
 """m (or its like in angle). Touching is allowed; joints kept as polynomials place a link to 1e-10 m."""
 
-_CONE_RADIUS: Final = 0.5
+CONE_RADIUS: Final = 0.5
 """m per rad: an angle is counted as the way of a point so far from its vertex."""
 
 _SLOWEST: Final = 1e3
 """Scales are no larger than this; a clearance that nothing changes stays a number."""
 
-_UNLIMITED: Final = 1e9
+UNLIMITED: Final = 1e9
 """m: the clearance of a robot without rules."""
 
 
@@ -99,6 +100,7 @@ class Monitor:
         self._bodies: dict[int, Body] = {}
         self._scales: dict[int, Floats] = {}
         self._terms: dict[int, tuple[_Term, ...]] = {}
+        self._rules: dict[int, Any] = {}
         self.exclusive_zones = self._exclusive.names
         has_body = cell.robot.body_radius is not None and bool((cell.robot.body_radius > 0.0).any())
         self.active = bool(cell.zones) or self._cone is not None or has_body
@@ -117,18 +119,20 @@ class Monitor:
     @property
     def _turning(self) -> Floats:
         """(n,) m per rad: how the way that stands for the tool's angle grows with the joints."""
-        return np.where(self._cell.robot.prismatic, 0.0, _CONE_RADIUS)
+        return np.where(self._cell.robot.prismatic, 0.0, CONE_RADIUS)
 
     def room(self, clearances: Floats, tool: int) -> Floats:
         """(N, K) → (N,) m: Σ pace·|Δq| for which none of the clearances can be used up."""
-        if tool not in self._scales:
-            self._scales[tool] = self._scale(tool)
-        least: Floats = (clearances * self._scales[tool]).min(axis=1)
+        least: Floats = (clearances * self._scale(tool)).min(axis=1)
         return least
 
     def _scale(self, tool: int) -> Floats:
         """(K,) how many times slower than the pace each clearance can change, at least."""
-        body = self.body(tool)
+        if tool not in self._scales:
+            self._scales[tool] = self._scale_of(self.body(tool), tool)
+        return self._scales[tool]
+
+    def _scale_of(self, body: Body, tool: int) -> Floats:
         parts = body.part_pace[body.moving]
         own = [
             np.repeat(parts, len(self._forbidden), axis=0),
@@ -152,8 +156,12 @@ class Monitor:
 
         Negative where a rule is broken, or a part is in the exclusive zone; which rule is `_terms[K]`.
         """
+        rules = self.rules(tool)
+        if rules is not None:
+            found: tuple[Floats, Floats] = rules.clearances(joints)
+            return found
         body = self.body(tool)
-        points, X = body.points(joints)
+        points = body.points(joints)
         start, end = points[:, :-1], points[:, 1:]
         moving = body.moving
         columns = []
@@ -170,10 +178,25 @@ class Monitor:
             gaps = segment_segment(start[:, i], end[:, i], start[:, j], end[:, j])
             columns.append(gaps - body.radius[i] - body.radius[j])
         if self._cone is not None:
-            columns.append(_CONE_RADIUS * self._within_cone(X, tool))
+            columns.append(CONE_RADIUS * self._within_cone(body.robot.fk(joints), tool))
         if not columns:
-            columns.append(np.full((len(joints), 1), _UNLIMITED))
+            columns.append(np.full((len(joints), 1), UNLIMITED))
         return np.concatenate(columns, axis=1), self._to_exclusive(start[:, moving], end[:, moving], body)
+
+    def rules(self, tool: int) -> Any | None:
+        """The rules as the compiled core wants them; None where it is not in use, or cannot be."""
+        module = core.chosen("workspace._core")
+        if module is None or self.body(tool).chain is None:
+            return None
+        if tool not in self._rules:
+            body, cone = self.body(tool), None
+            assert body.chain is not None, "it was asked for"
+            if self._cone is not None:
+                pointing = body.chain.R_base_flange @ self._cell.tools[tool].X_flange_tool[:3, 0]
+                cone = self._cone.axis, pointing, self._cone.half_angle
+            zones = self._forbidden, self._safe, self._exclusive
+            self._rules[tool] = module.Rules(body.chain, body, *zones, cone, self._scale(tool))
+        return self._rules[tool]
 
     def _to_exclusive(self, start: Floats, end: Floats, body: Body) -> Floats:
         """Clearance (N, E) of the nearest part from every exclusive zone."""
@@ -206,7 +229,7 @@ class Monitor:
         """The worst that `clearances` (N, K), with that tool, show in a row."""
         column = int(np.argmin(clearances[row]))
         term = self._terms_of(tool)[column]
-        scale = _CONE_RADIUS if term.rule is Rule.CONE else 1.0
+        scale = CONE_RADIUS if term.rule is Rule.CONE else 1.0
         return Violation(
             row, term.rule, term.part, term.other, -float(clearances[row, column]) / scale, column
         )
@@ -214,7 +237,7 @@ class Monitor:
     def deepest(self, violation: Violation, joints: Floats, tool: int) -> Violation:
         """The same violation, as deep as it is in the worst of the rows (N, n)."""
         clearances, _ = self.clearances(joints, tool)
-        scale = _CONE_RADIUS if violation.rule is Rule.CONE else 1.0
+        scale = CONE_RADIUS if violation.rule is Rule.CONE else 1.0
         depth = -float(clearances[:, violation.column].min()) / scale
         return replace(violation, depth=max(depth, violation.depth))
 

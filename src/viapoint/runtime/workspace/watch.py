@@ -6,13 +6,13 @@ vouches for all within its clearance, and what is left of it at the end vouches 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from viapoint.runtime import core
 from viapoint.runtime.records import Floats, Ints
 from viapoint.runtime.workspace.monitor import TOUCH, Monitor, Violation
 
@@ -26,12 +26,6 @@ _MOST: Final = 256
 
 _GROWTH: Final = 4
 """Factor between the rounds: where looks are decided early few are made, where not the rounds stay few."""
-
-_COARSEST: Final = 1e-3
-"""m of travel between the places that may be looked at. What is in between is missed by half of it."""
-
-_MOST_PLACES: Final = 1_000_000
-"""Places in a stretch: a kilometre of travel. Only tools beyond any reach come that far in one motion."""
 
 _UNKNOWN: Final = -1.0
 """m: the clearance where nobody has looked yet."""
@@ -61,14 +55,41 @@ NOTHING: Final = Sighting(None, ())
 """Of a stretch so near to what was looked at that it needs no look."""
 
 
-def grid(travel: float, thinnest: float) -> Floats:
-    """Places (N,), m of travel, at which a motion may have to be looked at, the last one at its end.
+class Motion(Protocol):
+    """A stretch of motion: rows with `travel` (N,) from its start on, ascending."""
 
-    `thinnest` is the radius of the robot's thinnest capsule: nothing thinner can hide between two of them.
-    """
-    spacing = min(_COARSEST, thinnest) if thinnest > 0.0 else _COARSEST
-    count = int(np.clip(np.ceil(travel / spacing), 1, _MOST_PLACES))
-    return np.linspace(travel / count, travel, count) if travel > 0.0 else np.zeros(1)
+    @property
+    def travel(self) -> Floats: ...
+
+    def joints(self, rows: Ints) -> Floats:
+        """Joints (K, n) of rows (K,)."""
+        ...
+
+    def march(self, rules: Any, room: float) -> Any:
+        """From look to look by the compiled rules, as `Rules._march`; `room` vouches for the first rows."""
+        ...
+
+
+class Ticks:
+    """Joints (N, n), row by row, after joints `before` (n,) at that pace."""
+
+    def __init__(self, rows: Floats, before: Floats, pace: Floats) -> None:
+        module = core.chosen("workspace._core")
+        self.travel: Floats = (module.ways if module is not None else ways)(rows, before, pace)
+        self._rows = rows
+
+    def joints(self, rows: Ints) -> Floats:
+        return self._rows[rows]
+
+    def march(self, rules: Any, room: float) -> Any:
+        return rules.along_rows(self.travel, room, self._rows)
+
+
+def ways(joints: Floats, before: Floats, pace: Floats) -> Floats:
+    """Travel (N,) of rows of joints (N, n) from joints (n,) on."""
+    steps = np.abs(np.diff(joints, axis=0, prepend=before[None]))
+    travel: Floats = (steps @ pace).cumsum()
+    return travel
 
 
 class Watch:
@@ -90,19 +111,20 @@ class Watch:
         self._room -= travel
         return True
 
-    def look(self, travel: Floats, joints: Callable[[Ints], Floats], tool: int) -> Sighting:
-        """What a stretch meets: rows with `travel` (N,) from its start on, ascending, and their joints.
-
-        `joints` gives the joints (K, n) of rows (K,). The result is as if every row were looked at.
-        """
+    def look(self, motion: Motion, tool: int) -> Sighting:
+        """What a stretch meets. The result is as if every row were looked at."""
         if tool != self._tool:
             self._tool, self._room = tool, _UNKNOWN
-        self._travel, self._search = travel, None
-        if travel[-1] <= self._room:
+        self._travel, self._search = motion.travel, None
+        if self._travel[-1] <= self._room:
             return NOTHING
-        self._search = _Search(self._monitor, travel, joints, tool, self._room)
-        self._search.run(self._width)
-        self._width = max(self._search.usual(), _LEAST_CLEARANCE)
+        self._search = _Search(self._monitor, motion, tool, self._room)
+        rules = self._monitor.rules(tool)
+        if rules is None:
+            self._search.run(self._width)
+            self._width = max(self._search.usual(), _LEAST_CLEARANCE)
+        else:
+            self._search.march(rules, self._room)
         return Sighting(self._search.violation, self._search.crossings(self._inside))
 
     def advance(self, row: int) -> None:
@@ -119,18 +141,16 @@ class Watch:
 class _Search:
     """Looks at rows until every row is vouched for, or the first violation is."""
 
-    def __init__(
-        self, monitor: Monitor, travel: Floats, joints: Callable[[Ints], Floats], tool: int, room: float
-    ) -> None:
+    def __init__(self, monitor: Monitor, motion: Motion, tool: int, room: float) -> None:
         self._monitor = monitor
-        self._travel = travel
-        self._joints = joints
+        self._motion = motion
+        self._travel = motion.travel
         self._tool = tool
         self._rows = np.empty(0, dtype=np.int64)  # looked at
         self._radius = np.empty(0)  # m of travel around each for which it vouches
         self._within = np.empty((0, len(monitor.exclusive_zones)), dtype=np.bool_)
-        self._end = len(travel)  # rows from here on need no look: the first violation is before
-        self.start = int(np.searchsorted(travel, room, side="right"))  # rows before are vouched for
+        self._end = len(self._travel)  # rows from here on need no look: the first violation is before
+        self.start = int(np.searchsorted(self._travel, room, side="right"))  # rows before are vouched for
         self.violation: Violation | None = None
 
     def run(self, width: float) -> None:
@@ -144,8 +164,17 @@ class _Search:
             pending = pending[pending < self._end]
             count *= _GROWTH
 
+    def march(self, rules: Any, room: float) -> None:
+        """The same by looks one after the other, each as far on as the one before vouches."""
+        self._rows, self._radius, self._within, broken = self._motion.march(rules, room)
+        if broken:
+            self._end = int(self._rows[-1])
+            joints = self._motion.joints(self._rows[-1:])
+            found = self._monitor.violation(rules.clearances(joints)[0], 0, self._tool)
+            self.violation = replace(found, row=self._end)
+
     def _look(self, rows: Ints) -> None:
-        clearances, exclusive = self._monitor.clearances(self._joints(rows), self._tool)
+        clearances, exclusive = self._monitor.clearances(self._motion.joints(rows), self._tool)
         least = clearances.min(axis=1)
         broken = np.flatnonzero(least < -TOUCH)
         if len(broken):
