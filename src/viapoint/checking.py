@@ -1,14 +1,13 @@
 """What can be said of a program without running it: diagnostics, decisions and, with a cell, its corners.
 
-Without a cell it needs no robot and no numerics. With one, the program's motions are planned as they
-come when every input answers no, and once more when every input answers yes: geometry, reach and
-configuration are checked, time laws are not.
+Without a cell it needs no robot and no numerics. With one, every way through the program is planned:
+geometry, reach, configuration, zones, and the time each statement takes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +18,10 @@ from viapoint.language.source import Source, Span
 from viapoint.vm import Program, ProgramFileError, load
 
 if TYPE_CHECKING:
+    from viapoint.outlook import Outlook
     from viapoint.runtime.cell import Cell
-    from viapoint.runtime.kernel import Corner, MotionError
+    from viapoint.runtime.kernel import MotionError
+    from viapoint.surveying import Survey
 
 COMPILED_SUFFIX = ".viac"
 
@@ -41,8 +42,10 @@ class CheckReport:
 
     file: str
     diagnostics: tuple[Diagnostic, ...]
-    blends: tuple[dict[str, Any], ...] = ()
     decisions: tuple[dict[str, Any], ...] = ()
+    outlook: Outlook | None = None
+    """What planning shows; None where nothing was planned."""
+    source_lines: tuple[str, ...] = ()
 
 
 def compile_only(path: Path, cell: Cell | None = None) -> Checked:
@@ -82,68 +85,54 @@ def check_program(path: Path, cell: Cell | None = None) -> CheckReport:
     """Everything about one file; with a cell its motions are planned too."""
     checked = compile_only(path, cell)
     if checked.program is None or cell is None:
-        return CheckReport(str(path), checked.diagnostics, decisions=checked.decisions)
-    survey = _Survey()
-    for answer in (False, True):
-        survey.plan(checked.program, cell, answer)
-    found = [*checked.diagnostics]
-    found += [motion_diagnostic(error, checked.source, str(path)) for error in survey.failures.values()]
-    return CheckReport(
-        str(path), tuple(sorted(found, key=sort_key)), tuple(survey.blends()), checked.decisions
-    )
+        return CheckReport(str(path), checked.diagnostics, checked.decisions)
+    from viapoint.outlook import outlook
+    from viapoint.surveying import survey
+
+    surveyed = survey(checked.program, cell)
+    seen = outlook(surveyed, cell)
+    found = [*checked.diagnostics, *_notes(surveyed, seen, checked.source, str(path))]
+    lines = () if checked.source is None else tuple(checked.source.text.splitlines())
+    return CheckReport(str(path), tuple(sorted(found, key=sort_key)), checked.decisions, seen, lines)
+
+
+def _notes(survey: Survey, seen: Outlook, source: Source | None, file: str) -> Iterator[Diagnostic]:
+    """What planning found, at its statements."""
+    failures = {(error.code, error.line): error for error in reversed(survey.failures)}
+    for error in failures.values():
+        yield motion_diagnostic(error, source, file)
+    if survey.cut_at is not None:
+        message = "not everything behind this line was planned: there are more ways than a check follows"
+        yield diagnostic_at("I601", message, survey.cut_at, source, file)
+    for stop in seen.stops:
+        message = (
+            f"the path stops here, behind line {stop.line}: "
+            f"about {stop.seconds:.2f} s more than if it ran through"
+        )
+        yield diagnostic_at("I602", message, stop.by_line, source, file)
+    for row in seen.slowdowns:
+        if row["singular"] is not None:
+            speeds = f"from {row['asked']:.4g} to {row['slowed_to']:.3g} {row['unit']}"
+            message = (
+                f"{row['axis']} slows this motion {speeds}, {row['place_mm']:.0f} mm after its start: "
+                f"the {row['singular']} is nearly singular there"
+            )
+            yield diagnostic_at("I603", message, row["line"], source, file)
 
 
 def motion_diagnostic(error: MotionError, source: Source | None, file: str) -> Diagnostic:
     """A failure of planning or execution at the statement that it came from."""
-    if source is None or not 0 < error.line <= len(source.line_starts):
-        line = error.line if error.line > 0 else None
-        return Diagnostic(code=error.code, message=error.message, file=file, line=line, hint=error.hint)
-    text = source.line_text(error.line)
-    code = text.partition("//")[0].rstrip()
-    start = source.line_start(error.line) + len(code) - len(code.lstrip())
-    span = Span(start, source.line_start(error.line) + len(code))
-    return Diagnostic(code=error.code, message=error.message, source=source, span=span, hint=error.hint)
+    return diagnostic_at(error.code, error.message, error.line, source, file, error.hint)
 
 
-@dataclass(slots=True)
-class _Survey:
-    """Corners and failures found by planning; each place is told once."""
-
-    corners: dict[tuple[int, int | None], Corner] = field(default_factory=dict)
-    failures: dict[tuple[str, int], MotionError] = field(default_factory=dict)
-    joint_lines: set[int] = field(default_factory=set)
-    edges: dict[int, float | None] = field(default_factory=dict)
-
-    def plan(self, program: Program, cell: Cell, answer: bool) -> None:
-        from viapoint.surveying import survey
-
-        found = survey(program, cell, answer)
-        self.joint_lines |= found.joint_lines
-        self.edges |= found.edges
-        for corner in found.corners:
-            self.corners.setdefault((corner.line, corner.next_line), corner)
-        if found.failure is not None:
-            self.failures.setdefault((found.failure.code, found.failure.line), found.failure)
-
-    def blends(self) -> Iterator[dict[str, Any]]:
-        """Rows of the blend report; between two joint moves R is in deg, whatever its key says."""
-        from viapoint.language.units import DEG, MM
-
-        for line, following in sorted(self.corners, key=lambda key: (key[0], key[1] or 0)):
-            corner = self.corners[line, following]
-            passed = corner.transition
-            unit = DEG if {line, following} <= self.joint_lines else MM
-            yield {
-                "line": line,
-                "next_line": following,
-                "asked_mm": self.edges[line],
-                "effective_mm": _tidy(passed.effective / unit),
-                "stop": passed.stop,
-                "forced_by_line": corner.forced_by_line,
-                "reason": passed.reason.value,
-            }
-
-
-def _tidy(value: float) -> float:
-    """Without the rounding noise of the units."""
-    return round(value, 9) + 0.0
+def diagnostic_at(
+    code: str, message: str, line: int, source: Source | None, file: str, hint: str | None = None
+) -> Diagnostic:
+    """A diagnostic at the statement of a line; of the file where that is not known."""
+    if source is None or not 0 < line <= len(source.line_starts):
+        return Diagnostic(code=code, message=message, file=file, line=line if line > 0 else None, hint=hint)
+    text = source.line_text(line)
+    statement = text.partition("//")[0].rstrip()
+    start = source.line_start(line) + len(statement) - len(statement.lstrip())
+    span = Span(start, source.line_start(line) + len(statement))
+    return Diagnostic(code=code, message=message, source=source, span=span, hint=hint)

@@ -1,113 +1,282 @@
-"""Plans a program without running it: every motion's geometry and reach, no time law and no waiting.
+"""Plans a program without running it: every way through it, from each place where the robot stands.
 
-The machine runs against the planner alone. Reads of the outside world all get one answer; waits are
-passed. Endless programs end when they have shown nothing new for a while.
+The machine runs against a list. Where it reads the outside world both answers are followed; a wait is
+passed. A *node* is a place where the path stands still: what the machine goes on with, and where the robot
+is. Ways that meet in the same node go on as one, those that do not are planned on each by itself. A
+stretch between two nodes that was planned before is not planned again.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from collections import Counter, deque
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
 
 from viapoint.runtime.kernel import ExecutionError
-from viapoint.runtime.kernel.buffer import MotionBuffer
-from viapoint.runtime.kernel.planner import Corner, Planner
+from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
+from viapoint.runtime.kernel.forecast import Forecast, Rest, forecast
+from viapoint.runtime.kernel.guard import TickGuard
+from viapoint.runtime.kernel.trace import Trace
+from viapoint.runtime.kernel.unsupported import refusal
 from viapoint.vm import Machine, Program
-from viapoint.vm.ports import AwaitInput, Call, End, Ended, Failed, Motion, MotionKind
+from viapoint.vm.cycles import main_loop
+from viapoint.vm.folding import Folded, fold
+from viapoint.vm.ports import (
+    AwaitInput,
+    Barrier,
+    Call,
+    Dwell,
+    End,
+    Ended,
+    Failed,
+    Motion,
+    RaiseM,
+    SelectTool,
+    Track,
+)
 
 if TYPE_CHECKING:
     from viapoint.runtime.cell import Cell
     from viapoint.runtime.kernel import MotionError
 
-NOTHING_NEW: Final = 1000
-"""Motions and actions in a row that follow one another as before, after which a loop counts as known."""
+MOST_NODES: Final = 10_000
+"""Places to stand at that are looked at; beyond them ways are cut off."""
 
-MOST_CALLS: Final = 100_000
-"""The bound for programs that show something new all the time."""
+MOST_PLANNED: Final = 20_000
+"""Motions and actions that are planned in all, at some milliseconds each; beyond them ways are cut off."""
+
+MOST_CALLS: Final = 200_000
+"""Motions and actions between two places to stand at."""
+
+MOST_READS: Final = 10
+"""Reads between two places to stand at of which both answers are followed."""
+
+ROUNDS: Final = 3
+"""Passes of an endless loop: the first one, one as all that follow, and one that this one leads into."""
+
+
+class Stretch(NamedTuple):
+    """A way from one node to the next: how it is planned, its calls, and in which pass of the main loop."""
+
+    source: int
+    target: int | None
+    """None: the program is over, or cannot go on."""
+    calls: tuple[Call, ...]
+    cycles: tuple[int | None, ...]
+    weights: tuple[int, ...]
+    """How often each call is made: rounds of a loop that are all alike are planned once."""
+    planned: Forecast
+    ends: bool = False
+    """The program is over behind it."""
+
+
+@dataclass(slots=True)
+class Survey:
+    """What the ways through a program show."""
+
+    stretches: list[Stretch] = field(default_factory=list)
+    failures: list[MotionError] = field(default_factory=list)
+    cut_at: int | None = None
+    """Line at which a bound cut a way off."""
+    passes: list[Stretch] | None = None
+    """Of a program that never ends: the ways through some passes of its main loop."""
+
+
+def survey(program: Program, cell: Cell) -> Survey:
+    """Plan every way through a program."""
+    planned: dict[Hashable, Forecast] = {}
+    found = _Surveyor(program, cell, planned).run()
+    ends = any(stretch.ends for stretch in found.stretches)
+    if not (ends or found.failures or found.cut_at) and main_loop(program) is not None:
+        found.passes = _Surveyor(program, cell, planned, ROUNDS).run().stretches
+    return found
+
+
+class _Node(NamedTuple):
+    """A place where the path stands still: the machine, as far as it has come, and the robot."""
+
+    number: int
+    machine: Machine
+    rest: Rest
+
+
+class _Surveyor:
+    """Looks at all ways, or at so many passes; `planned` are stretches whose plans are known."""
+
+    def __init__(
+        self, program: Program, cell: Cell, planned: dict[Hashable, Forecast], passes: int | None = None
+    ) -> None:
+        self._cell = cell
+        self._found = Survey()
+        self._numbers: dict[Hashable, int] = {}
+        self._waiting: deque[_Node] = deque()
+        self._planned = planned
+        self._cost = 0
+        start = np.asarray(cell.home, dtype=np.float64)
+        rest = Rest(start, AuxiliaryAxes.of(cell).start, 0)
+        sink, world = _List(), _Answers(cell, ())
+        self._enter(Machine(program, sink, world, max_cycles=passes), rest, None)
+
+    def run(self) -> Survey:
+        found = self._found
+        refused = self._refused()
+        if refused is not None:
+            found.failures.append(refused)
+            return found
+        while self._waiting:
+            node = self._waiting.popleft()
+            scripts: list[tuple[bool, ...]] = [()]
+            while scripts:
+                scripts += self._follow(node, scripts.pop())
+        return found
+
+    def _refused(self) -> MotionError | None:
+        """What keeps the robot from setting out at all."""
+        guard = TickGuard(self._cell, Trace(lambda event: None, self._cell.tick))
+        home = np.asarray(self._cell.home, dtype=np.float64)
+        return refusal(self._cell, None) or guard.standing(home, 0, 0)
+
+    def _follow(self, node: _Node, script: tuple[bool, ...]) -> list[tuple[bool, ...]]:
+        """One way on from a node; what else could have been answered on it."""
+        sink, world = _List(), _Answers(self._cell, script)
+        machine = sink.machine = node.machine.twin(sink, world)
+        outcome = machine.run()
+        while isinstance(outcome, AwaitInput):
+            world.grant()
+            outcome = machine.run()
+        stretch = self._plan(node, sink)
+        if stretch is None:
+            self._found.cut_at = self._found.cut_at or machine.line
+            return []
+        failure, target = stretch.planned.failure, None
+        if failure is None and isinstance(outcome, Failed):
+            failure = ExecutionError(outcome.code, outcome.message, outcome.line)
+        if failure is not None:
+            self._found.failures.append(failure)
+        elif not isinstance(outcome, (Ended, Failed)) and not sink.endless:
+            target = self._enter(machine, stretch.planned.end, sink.refused)
+        self._found.stretches.append(stretch._replace(target=target, ends=isinstance(outcome, Ended)))
+        return world.alternatives
+
+    def _plan(self, node: _Node, sink: _List) -> Stretch | None:
+        """The stretch of a list of calls, folded where that shows the same; None if it was one too many."""
+        items = list(zip(sink.calls, sink.cycles, strict=True))
+        for folded in (fold(items), _whole(len(items))):
+            calls = tuple(sink.calls[k] for k in folded.kept)
+            planned = self._forecast(node.rest, calls)
+            if planned is None:
+                return None
+            if _proved(folded, planned):
+                cycles = tuple(sink.cycles[k] for k in folded.kept)
+                return Stretch(node.number, None, calls, cycles, folded.weights, planned)
+        raise AssertionError("what is not folded needs no proof")
+
+    def _forecast(self, rest: Rest, calls: tuple[Call, ...]) -> Forecast | None:
+        """How calls are planned; None if they were too many."""
+        key = (rest.key, calls)
+        if (known := self._planned.get(key)) is not None:
+            return known
+        self._cost += len(calls)
+        if self._cost > MOST_PLANNED:
+            return None
+        known = self._planned[key] = forecast(self._cell, rest, calls)
+        return known
+
+    def _enter(self, machine: Machine, rest: Rest, refused: Call | None) -> int | None:
+        """The number of a node, which is looked at if it is new; None if it is one too many."""
+        key = (machine.state, refused, rest.key)
+        if key not in self._numbers:
+            if len(self._numbers) >= MOST_NODES:
+                self._found.cut_at = self._found.cut_at or machine.line
+                return None
+            number = self._numbers[key] = len(self._numbers)
+            self._waiting.append(_Node(number, machine, rest))
+        return self._numbers[key]
+
+
+def _whole(count: int) -> Folded:
+    return Folded(tuple(range(count)), (1,) * count, ())
+
+
+def _proved(folded: Folded, planned: Forecast) -> bool:
+    """Whether rounds that were folded end in the same place, as far as they could be planned."""
+    if planned.failure is not None:
+        return True
+    ends: list[tuple[float, ...]] = [()] * len(folded.kept)
+    for block in planned.blocks:
+        ends[block.number] = block.end
+    for k in range(1, len(ends)):  # actions stand where the motion before them ends
+        ends[k] = ends[k] or ends[k - 1]
+    return all(ends[a] == ends[b] for a, b in folded.proofs)
 
 
 class _Answers:
-    """WorldPort: one answer for every read; a wait is satisfied when it is asked again."""
+    """WorldPort: a script of answers, and no beyond its end; a wait is satisfied when it is asked again."""
 
-    def __init__(self, cell: Cell, answer: bool) -> None:
+    def __init__(self, cell: Cell, script: tuple[bool, ...]) -> None:
         self._cell = cell
-        self._answer = answer
-        self.awaited: int | None = None
+        self._script = script
+        self._given: list[bool] = []
+        self._granted = False
+        self.alternatives: list[tuple[bool, ...]] = []
+
+    def grant(self) -> None:
+        """The read answered last was a wait's: it is asked again, and satisfied; there is no other way."""
+        self._granted = True
+        self.alternatives = [each for each in self.alternatives if len(each) < len(self._given)]
 
     def read_input(self, index: int, *, line: int, ahead: bool) -> bool:
-        return self._answer or index == self.awaited
+        return self._read()
 
     def read_output(self, index: int, *, line: int, ahead: bool) -> bool:
-        return self._answer
+        return self._read()
 
     def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
-        return self._answer
+        return self._read()
 
     def m_is_synchronous(self, index: int) -> bool:
         return self._cell.m_functions.get(index, True)
 
+    def _read(self) -> bool:
+        if self._granted:
+            self._granted = False
+            return True
+        asked = len(self._given)
+        answer = asked < len(self._script) and self._script[asked]
+        if len(self._script) <= asked < MOST_READS:
+            self.alternatives.append((*self._given, True))
+        self._given.append(answer)
+        return answer
 
-class _Sink:
-    """MotionPort: plans each call at once and forgets it."""
 
-    def __init__(self, cell: Cell) -> None:
-        self._buffer: MotionBuffer = MotionBuffer(cell.lookahead)
-        self.planner = Planner(cell, self._buffer, cell.home)
-        self.calls = 0
-        self.joint_lines: set[int] = set()
-        self.edges: dict[int, float | None] = {}
-        self._last_line = 0
-        self._seen: set[tuple[int, int]] = set()
-        self._since_news = 0
+class _List:
+    """MotionPort: takes calls up to one behind which the path stands still, or until they go round."""
 
-    @property
-    def done(self) -> bool:
-        return self.planner.failure is not None or self._since_news > NOTHING_NEW or self.calls > MOST_CALLS
+    def __init__(self) -> None:
+        self.machine: Machine | None = None
+        self.calls: list[Call] = []
+        self.cycles: list[int | None] = []
+        """The passes of the main loop that were still to come at each call."""
+        self.refused: Call | None = None
+        self.endless = False
+        self._closed = False
+        self._passed: Counter[Hashable] = Counter()
 
     def submit(self, call: Call) -> bool:
-        if self.done:
+        assert self.machine is not None, "it is given one before it runs"
+        if isinstance(call, Motion) and not self._closed:
+            state = self.machine.state
+            self._passed[state] += 1
+            self.endless = self._passed[state] > ROUNDS
+        if self._closed or self.endless or len(self.calls) >= MOST_CALLS:
+            self.refused = call
             return False
-        self._buffer.put(call)
-        self.planner.plan()
-        while self._buffer.to_execute() is not None:
-            self._buffer.executed()
-        if isinstance(call, Motion):
-            self.edges[call.line] = call.round_edge
-            if call.kind in (MotionKind.JOINT, MotionKind.HOME):
-                self.joint_lines.add(call.line)
-        self._count(call.line)
-        if isinstance(call, End):
-            self.planner.close(call.line)
+        self.calls.append(call)
+        self.cycles.append(self.machine.cycles_left)
+        self._closed = isinstance(call, (Barrier, Dwell, End, SelectTool, Track)) or (
+            isinstance(call, RaiseM) and call.synchronous
+        )
         return True
-
-    def _count(self, line: int) -> None:
-        step = (self._last_line, line)
-        self._since_news = 0 if step not in self._seen else self._since_news + 1
-        self._seen.add(step)
-        self._last_line = line
-        self.calls += 1
-
-
-@dataclass(frozen=True, slots=True)
-class Survey:
-    """What one way through a program shows: corners, joint moves, R as programmed, what cannot be planned."""
-
-    corners: tuple[Corner, ...]
-    joint_lines: frozenset[int]
-    edges: dict[int, float | None]
-    failure: MotionError | None
-
-
-def survey(program: Program, cell: Cell, answer: bool) -> Survey:
-    """Plan the way the program takes when every read gives `answer`."""
-    sink, world = _Sink(cell), _Answers(cell, answer)
-    machine = Machine(program, sink, world)
-    while not sink.done:
-        outcome = machine.run()
-        if isinstance(outcome, Failed):
-            sink.planner.abort(ExecutionError(outcome.code, outcome.message, outcome.line))
-        if isinstance(outcome, (Ended, Failed)):
-            break
-        world.awaited = outcome.index if isinstance(outcome, AwaitInput) else None
-    planner = sink.planner
-    return Survey(tuple(planner.corners), frozenset(sink.joint_lines), sink.edges, planner.failure)

@@ -216,3 +216,19 @@ def test_a_program_that_ends_has_not_been_cut_short() -> None:
     machine, _, _ = _machine("A: ML P1 F100\nGOTO A 5\n")
     assert machine.run() == Ended(2)
     assert not machine.cut_short
+
+
+def test_a_twin_goes_on_by_itself() -> None:
+    """In a counted loop in a subroutine, with a call that was refused: both make the rest, each its own."""
+    text = "ML P1 F100\nSUB S\nEND\nS:\nA:\nML P2\nSET DO 1\nGOTO A 3\nEND\n"
+    machine, port, world = _machine(text, room=3)
+    assert machine.run() == BufferFull()
+    other = Room(1000)
+    twin = machine.twin(other, world)
+    assert (twin.state, twin.call_stack) == (machine.state, machine.call_stack)
+    assert twin.run() == Ended(3)
+    assert len(port.calls) == 3
+    port.room = 1000
+    assert machine.run() == Ended(3)
+    assert port.calls[3:] == other.calls
+    assert [type(call).__name__ for call in other.calls].count("Motion") == 2

@@ -11,7 +11,10 @@ from typing import Any
 from viapoint.cli.failures import UsageError
 from viapoint.narration import fixed
 
-__all__ = ["aligned", "fixed", "keep_inputs", "note", "print_json", "print_table"]
+__all__ = ["aligned", "fixed", "keep_inputs", "note", "print_json", "print_table", "shortened"]
+
+# Longer tables show their beginning and end; all rows are in the JSON report and in the recording.
+FIRST_ROWS, LAST_ROWS = 80, 20
 
 
 def print_json(value: Any) -> None:
@@ -34,6 +37,15 @@ def aligned(head: Sequence[str], rows: Iterable[Sequence[str]], right: str) -> I
 def print_table(head: Sequence[str], rows: Iterable[Sequence[str]], right: str, indent: str = "") -> None:
     for line in aligned(head, rows, right):
         print(f"{indent}{line}".rstrip())
+
+
+def shortened(rows: list[list[str]]) -> list[list[str]]:
+    """Rows for people: of a long table its beginning and its end."""
+    if len(rows) <= FIRST_ROWS + LAST_ROWS:
+        return rows
+    left_out = len(rows) - FIRST_ROWS - LAST_ROWS
+    gap = ["…", f"… {left_out} more", *[""] * (len(rows[0]) - 2)]
+    return [*rows[:FIRST_ROWS], gap, *rows[-LAST_ROWS:]]
 
 
 def note(text: str) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from viapoint.cli.failures import Refusal, UsageError
 from viapoint.cli.loading import bytecode_from, cell_from
-from viapoint.cli.output import keep_inputs, note, print_json, print_table
+from viapoint.cli.output import keep_inputs, note, print_json
 
 if TYPE_CHECKING:
     from viapoint.checking import CheckReport
@@ -28,19 +28,13 @@ def check(chosen: Namespace) -> int:
         if chosen.format != "json":
             raise
         found = [to_json(diagnostic) for diagnostic in refusal.diagnostics]
-        print_json({"diagnostics": found, "blends": [], "decisions": []})
+        print_json({"diagnostics": found, **_rows([], several=False)})
         return 1
     reports = [check_program(path, cell) for path in chosen.files]
     diagnostics = [diagnostic for report in reports for diagnostic in report.diagnostics]
     if chosen.format == "json":
-        several = len(reports) > 1
-        print_json(
-            {
-                "diagnostics": [to_json(diagnostic) for diagnostic in diagnostics],
-                "blends": [row for report in reports for row in _blends(report, several)],
-                "decisions": [row for report in reports for row in _decisions(report, several)],
-            }
-        )
+        found = [to_json(diagnostic) for diagnostic in diagnostics]
+        print_json({"diagnostics": found, **_rows(reports, several=len(reports) > 1)})
     else:
         for report in reports:
             _print_report(report, heading=len(reports) > 1)
@@ -48,54 +42,35 @@ def check(chosen: Namespace) -> int:
     return 1 if has_errors(diagnostics) else 0
 
 
-def _blends(report: CheckReport, with_file: bool) -> list[dict[str, Any]]:
-    file = {"file": report.file} if with_file else {}
-    return [file | blend for blend in report.blends]
+ROWS = ("blends", "statements", "slowdowns", "zones", "configurations")
+"""Tables of the JSON report that planning fills."""
 
 
-def _decisions(report: CheckReport, with_file: bool) -> list[dict[str, Any]]:
-    file = {"file": report.file} if with_file else {}
-    return [file | decision for decision in report.decisions]
+def _rows(reports: list[CheckReport], *, several: bool) -> dict[str, Any]:
+    """The tables of the JSON report; with several files every row names its own."""
+
+    def named(report: CheckReport, row: dict[str, Any]) -> dict[str, Any]:
+        return {"file": report.file, **row} if several else row
+
+    seen = [(report, report.outlook) for report in reports if report.outlook is not None]
+    tables: dict[str, Any] = {
+        name: [named(report, row) for report, outlook in seen for row in getattr(outlook, name)]
+        for name in ROWS
+    }
+    tables["decisions"] = [named(report, row) for report in reports for row in report.decisions]
+    tables["cycles"] = [named(report, outlook.cycle) for report, outlook in seen if outlook.cycle is not None]
+    return tables
 
 
 def _print_report(report: CheckReport, *, heading: bool) -> None:
+    from viapoint.cli.check_text import print_tables
     from viapoint.language.render import render
 
     if heading:
         print(f"{report.file}:")
     if report.diagnostics:
         print(render(report.diagnostics, colour=sys.stdout.isatty()), end="\n\n")
-    if report.blends:
-        head = ("line", "next", "R asked mm", "R effective mm", "passes", "why")
-        rows = [
-            [
-                str(row["line"]),
-                "end" if row["next_line"] is None else str(row["next_line"]),
-                "–" if row["asked_mm"] is None else f"{row['asked_mm']:g}",
-                f"{row['effective_mm']:g}",
-                "stops" if row["stop"] else "runs through",
-                _why(row),
-            ]
-            for row in report.blends
-        ]
-        print("corners:")
-        print_table(head, rows, ">>>><<", indent="  ")
-        print()
-    if report.decisions:
-        rows = [
-            [str(row["line"]), ", ".join(row["reads"]), "waits for the path" if row["barrier"] else "ahead"]
-            for row in report.decisions
-        ]
-        print("reads of the outside world:")
-        print_table(("line", "reads", "when"), rows, "><<", indent="  ")
-        print()
-
-
-def _why(row: dict[str, Any]) -> str:
-    forced = row["forced_by_line"]
-    reason: str = row["reason"]
-    elsewhere = forced not in (None, row["line"])  # its own line: the program's text ends with it
-    return f"line {forced} requires the stop" if elsewhere and row["stop"] else reason
+    print_tables(report, report.source_lines)
 
 
 def _print_summary(found: list[Diagnostic]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, Any
 
-from viapoint.cli.output import note, print_table
+from viapoint.cli.output import note, print_table, shortened
 from viapoint.narration import event_text, fixed, number
 
 if TYPE_CHECKING:
@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from viapoint.runtime.records import Event
     from viapoint.session import Session
 
-# Longer tables show their beginning and end; all rows are in the JSON report and in the recording.
-FIRST_ROWS, LAST_ROWS = 80, 20
 SHOWN_TEXT = 44  # characters of a statement
 
 
@@ -29,11 +27,11 @@ def print_report(session: Session, peaks: Peaks, diagnostics: list[Diagnostic], 
     if blocks:
         head = ("line", "statement", "start s", "time s", "length mm", "mean mm/s", "peak mm/s", "limited by")
         rows = [_block_row(event, lines, speeds) for event, speeds in _with_speeds(blocks, peaks, session)]
-        print_table(head, _shortened(rows), "><>>>>><")
+        print_table(head, shortened(rows), "><>>>>><")
         print()
     if others:
         rows = [_event_row(event) for event in others]
-        print_table(("t s", "line", "event", ""), _shortened(rows), ">><<")
+        print_table(("t s", "line", "event", ""), shortened(rows), ">><<")
         print()
     _print_limits(limits_report(session))
     print(_summary(session, name))
@@ -42,14 +40,6 @@ def print_report(session: Session, peaks: Peaks, diagnostics: list[Diagnostic], 
 
         sys.stdout.flush()
         note("\n" + render(diagnostics, colour=sys.stderr.isatty()))
-
-
-def _shortened(rows: list[list[str]]) -> list[list[str]]:
-    if len(rows) <= FIRST_ROWS + LAST_ROWS:
-        return rows
-    left_out = len(rows) - FIRST_ROWS - LAST_ROWS
-    gap = ["…", f"… {left_out} more", *[""] * (len(rows[0]) - 2)]
-    return [*rows[:FIRST_ROWS], gap, *rows[-LAST_ROWS:]]
 
 
 def _with_speeds(blocks: list[Event], peaks: Peaks, session: Session) -> list[tuple[Event, float]]:
@@ -65,7 +55,8 @@ def _with_speeds(blocks: list[Event], peaks: Peaks, session: Session) -> list[tu
     return result
 
 
-def _statement(lines: list[str], line: int, otherwise: str) -> str:
+def statement(lines: list[str], line: int, otherwise: str) -> str:
+    """The text of a statement for a table."""
     text = lines[line - 1].partition("//")[0].strip() if 0 < line <= len(lines) else otherwise
     return text if len(text) <= SHOWN_TEXT else text[: SHOWN_TEXT - 1] + "…"
 
@@ -79,7 +70,7 @@ def _block_row(block: Event, lines: list[str], peak: float) -> list[str]:
     command = str(block.data.get("command", ""))
     return [
         str(block.line),
-        _statement(lines, block.line, command),
+        statement(lines, block.line, command),
         fixed(block.t, 3),
         fixed(seconds, 3),
         fixed(length, 2),

@@ -6,6 +6,7 @@ it never spins: work without motion or waiting is bounded.
 
 from __future__ import annotations
 
+import copy
 import operator
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
@@ -126,6 +127,18 @@ class Machine:
     def modal(self) -> Modal:
         """What holds at the interpreter's place."""
         return Modal(self._speed, self._tool)
+
+    @property
+    def cycles_left(self) -> int | None:
+        """Passes of the main loop to come, with the present one; None where they are not counted."""
+        return self._cycles_left
+
+    def twin(self, motion: MotionPort, world: WorldPort) -> Machine:
+        """A machine that goes on from here on other ports; neither has an influence on the other."""
+        shared = (self._program, self._steps, self._motion, self._world)
+        twin = copy.deepcopy(self, {id(one): one for one in shared})
+        twin._motion, twin._world = motion, world
+        return twin
 
     @property
     def call_stack(self) -> tuple[ActiveCall, ...]:

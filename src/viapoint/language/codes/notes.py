@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from viapoint.language.codes.entry import Entry, entry
+from viapoint.language.codes.entry import Entry, Example, entry
 
 ENTRIES: Final[tuple[Entry, ...]] = (
     entry(
@@ -64,5 +64,40 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         counted GOTOs to one label therefore restart each other, and the outer one never comes to its end.
         Give each its own label.""",
         "A:\nML P1 F100\nGOTO A 2\nGOTO A 3\n",
+    ),
+    entry(
+        "I601",
+        "not every way was planned",
+        """`check` follows both answers of every read, and plans on from every place the robot may then be in.
+        Where that becomes too much (10000 different places to stand at, 20000 motions and actions, or 10
+        reads in one place) it plans on no further. A run finds what is wrong there, before the robot moves
+        there.""",
+        Example(
+            program="LOOP:\nMJ J1=10 F50\nMJ J1=0\nWAIT 0.1\nGOTO LOOP 20000\n",
+            cell='[robot]\nmodel = "frigeni6"\n',
+        ),
+    ),
+    entry(
+        "I602",
+        "a stop that costs time",
+        """The statement makes the path stop at a corner that it would otherwise pass without a stop, because
+        the motion before it has R or leads on tangentially. The time is what braking and setting out again
+        lose; a wait comes on top. Move the statement to a place where the path stops anyway if the time is
+        needed.""",
+        Example(
+            program="MJ J1=10 F50\nML X=1700 Y=0 F200 R20\nIF DI1\nSET DO1\nENDIF\nML Y=200\nML Z=2500\n",
+            cell='[robot]\nmodel = "frigeni6"\n',
+        ),
+    ),
+    entry(
+        "I603",
+        "slowed near a singular pose",
+        """The path passes close by a singular pose of the robot, where one joint has to turn far for little
+        way. It slows down there so that the joint keeps its limits, and speeds up again behind. Lead the path
+        past it at a distance, change the orientation a little, or go that way with MJ.""",
+        Example(
+            program="MJ J4=5 J5=5 F100\nML Z=2200 F300\n",
+            cell='[robot]\nmodel = "frigeni6"\n',
+        ),
     ),
 )

@@ -118,6 +118,11 @@ class AxisPath:
         return self._last[: self.n].copy()
 
     @property
+    def e_end(self) -> Floats:
+        """Auxiliary axes (k,) at the end."""
+        return self._last[self.n : self.driven].copy()
+
+    @property
     def travelled(self) -> float:
         """TCP length at the end, m."""
         return float(self._last[-2])

@@ -1,0 +1,235 @@
+"""`check --cell` plans what `run` does: the same times, limits and failures, on every way through."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from viapoint.runtime.cell import Cell, load_cell, parse_cell
+from viapoint.runtime.kernel.forecast import BlockForecast
+from viapoint.runtime.records import Event
+from viapoint.runtime.signals import parse_scenario
+from viapoint.session import Loaded, Session, compile_file, compile_text
+from viapoint.surveying import Survey, survey
+from viapoint.vm.folding import fold
+
+FILES = Path(__file__).parent / "files"
+EXAMPLES = Path(__file__).parents[2] / "examples"
+ARM = '[robot]\nmodel = "frigeni6"\n'
+
+
+def cell_of(path: Path = FILES / "cell.toml") -> Cell:
+    return load_cell(path)
+
+
+def blocks_of(found: Survey) -> list[BlockForecast]:
+    return [block for stretch in found.stretches for block in stretch.planned.blocks]
+
+
+def blocks_run(session: Session) -> list[Event]:
+    session.finish()
+    return [event for event in session.events if event.kind == "block"]
+
+
+def loaded(text: str, cell: Cell) -> Loaded:
+    return compile_text(text, cell=cell)
+
+
+def report(cli, text: str, tmp_path: Path, cell: str | None = None) -> dict:
+    program, file = tmp_path / "part.via", FILES / "cell.toml"
+    program.write_text(text)
+    if cell is not None:
+        file = tmp_path / "cell.toml"
+        file.write_text(cell)
+    return json.loads(cli("check", program, "--cell", file, "--format", "json").out)
+
+
+def zone_of(kind: str, corner_1: list[float], corner_2: list[float]) -> str:
+    return f'[[zones]]\nname = "press"\nkind = "{kind}"\ncorner_1 = {corner_1}\ncorner_2 = {corner_2}\n'
+
+
+STRAIGHT_ON = {
+    "round edges, counted": (FILES / "round.via", FILES / "cell.toml"),
+    "a contour": (EXAMPLES / "contour" / "contour.via", EXAMPLES / "contour" / "cell.toml"),
+    "splines": (EXAMPLES / "listings" / "splines.via", EXAMPLES / "listings" / "cells" / "arm.toml"),
+}
+
+
+@pytest.mark.parametrize("name", STRAIGHT_ON)
+def test_blocks_take_what_they_take_in_a_run(name: str) -> None:
+    """Nothing is estimated where nothing is read: the same laws, to the tick."""
+    program, cell = STRAIGHT_ON[name]
+    ready = compile_file(program, load_cell(cell))
+    planned = blocks_of(survey(ready.program, load_cell(cell)))
+    run = blocks_run(Session(load_cell(cell), ready))
+    assert len(planned) > 2
+    for mine, real in zip(planned, run, strict=True):
+        assert mine.line == real.line
+        assert mine.seconds == pytest.approx(real.data["t_end"] - real.t, abs=1e-9)
+        assert mine.length * 1e3 == pytest.approx(real.data["length_mm"], abs=1e-3)
+        assert mine.limited_by == real.data["limited_by"]
+
+
+def test_cycle_time_lies_between_the_runs_of_both_branches(cli) -> None:
+    cell = cell_of()
+    (cycle,) = json.loads(cli("check", "part.via", "--cell", "cell.toml", "--format", "json").out)["cycles"]
+    durations = []
+    for value in ("true", "false"):
+        scenario = parse_scenario(f"[[at]]\nt_s = 0.0\nset = {{ DI3 = {value} }}\n", cell)
+        session = Session(cell, compile_file(FILES / "part.via", cell), scenario=scenario)
+        session.finish()
+        durations.append(session.kernel.tick * cell.tick)
+    assert cycle["of"] == "program"
+    assert cycle["shortest_s"] == pytest.approx(min(durations), abs=1e-9)
+    assert cycle["longest_s"] == pytest.approx(max(durations), abs=1e-9)
+
+
+def test_ways_that_end_apart_are_planned_on_each(cli, tmp_path: Path) -> None:
+    """The branches leave the robot in different places: the motion behind them is planned from each."""
+    text = "MJ P1 F100\nIF DI1\nML P2\nELSE\nML P3\nENDIF\nML X=9000\n"
+    found = report(cli, text, tmp_path)
+    assert [(d["code"], d["line"]) for d in found["diagnostics"]] == [("E302", 7)]
+    text = "MJ P1 F100\nIF DI1\nML P2\nELSE\nML P3\nENDIF\nML P1\n"
+    (row,) = [row for row in report(cli, text, tmp_path)["statements"] if row["line"] == 7]
+    assert row["time_s"] > row["shortest_s"] + 0.01
+
+
+def test_what_only_the_second_round_meets_is_found(cli, tmp_path: Path) -> None:
+    """Through the back edge J6 starts out further turned, and leaves its range."""
+    once = "MJ J5=30 F100\nA:\nML A=0 F200\nMJ J6=300\n"
+    assert report(cli, once, tmp_path)["diagnostics"][0]["code"] == "W503"
+    found = report(cli, f"{once}GOTO A\n", tmp_path)
+    assert [(d["code"], d["line"]) for d in found["diagnostics"]] == [("E303", 3)]
+    assert found["cycles"] == []
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 7, 30])
+def test_a_counted_loop_takes_what_its_rounds_take(count: int, cli, tmp_path: Path) -> None:
+    """Rounds that are alike are planned once; the time is that of all."""
+    text = f"MJ P1 F100\nA:\nML P2 F400 R20\nML P3 R20\nML P1 R20\nGOTO A {count}\n"
+    (cycle,) = report(cli, text, tmp_path)["cycles"]
+    session = Session(cell_of(), loaded(text, cell_of()))
+    session.finish()
+    assert cycle["longest_s"] == pytest.approx(session.kernel.tick * 1e-3, abs=1e-3 * count)
+    assert len(blocks_of(survey(loaded(text, cell_of()).program, cell_of()))) == 1 + 3 * min(count, 3)
+
+
+def test_rounds_that_wind_up_are_all_planned() -> None:
+    """The calls of each round are the same, the joints are not."""
+    text = "MJ J5=40 F100\nA:\nML A=120 F300\nML A=-120\nML A=0\nGOTO A 8\n"
+    ranges = "[[-180, 180], [-90, 150], [-210, 70], [-350, 350], [-130, 130], [-350, 2000]]"
+    cell = parse_cell(f"{ARM}[limits.joints]\nrange_deg = {ranges}\n")
+    found = survey(loaded(text, cell).program, cell)
+    ends = [block.end for block in blocks_of(found) if block.line == 5]
+    assert len(ends) == len(set(ends)) == 5
+    (failure,) = found.failures
+    assert failure.code == "E303"
+
+
+def test_one_pass_of_an_endless_loop(cli) -> None:
+    (cycle,) = json.loads(cli("check", "endless.via", "--cell", "cell.toml", "--format", "json").out)[
+        "cycles"
+    ]
+    ready = compile_file(FILES / "endless.via", cell_of())
+    ends = []
+    for count in (4, 5):
+        session = Session(cell_of(), ready, cycles=count)
+        session.finish()
+        ends.append(session.kernel.tick * 1e-3)
+    assert cycle["of"] == "pass"
+    assert cycle["shortest_s"] == cycle["longest_s"] == pytest.approx(ends[1] - ends[0], abs=2e-3)
+
+
+def test_a_poll_has_no_longest_time(cli, tmp_path: Path) -> None:
+    (cycle,) = report(cli, "A:\nML P1 F100\nML P2\nIF DI1\nGOTO A\nENDIF\n", tmp_path)["cycles"]
+    assert cycle["longest_s"] is None
+    assert cycle["shortest_s"] > 1.0
+
+
+def test_a_line_slowed_near_a_singular_pose(cli, tmp_path: Path) -> None:
+    text = "MJ J4=5 J5=5 F100\nML Z=2200 F300\n"
+    found = report(cli, text, tmp_path)
+    (row,) = found["slowdowns"]
+    assert (row["line"], row["axis"], row["singular"], row["unit"]) == (2, "J4", "WRIST", "mm/s")
+    session = Session(cell_of(), loaded(text, cell_of()))
+    windows = list(session.run())
+    speeds = [v for window in windows for v, n in zip(window.speed, window.line, strict=True) if n == 2]
+    middle = speeds[len(speeds) // 10 : -len(speeds) // 10]
+    assert row["slowed_to"] == pytest.approx(min(middle) * 1e3, rel=0.02)
+    (note,) = [d for d in found["diagnostics"] if d["code"] == "I603"]
+    assert "J4" in note["message"]
+    assert f"to {row['slowed_to']:.3g} mm/s" in note["message"]
+
+
+def test_a_statement_whose_stop_costs_time_says_so(cli, tmp_path: Path) -> None:
+    """As much as the same program without it is quicker."""
+    with_stop = "MJ P1 F100\nML P2 F400\nIF DI1\nSET DO1\nENDIF\nML Y=300\n"
+    found = report(cli, with_stop, tmp_path)
+    (note,) = [d for d in found["diagnostics"] if d["code"] == "I602"]
+    through = report(cli, "MJ P1 F100\nML P2 F400\nML Y=300\n", tmp_path)
+    lost = found["cycles"][0]["longest_s"] - through["cycles"][0]["longest_s"]
+    assert note["line"] == 3
+    assert f"about {lost:.1f}" in note["message"]
+    at_a_corner = report(cli, "MJ P1 F100\nML P2 F400\nIF DI1\nSET DO1\nENDIF\nML P3\n", tmp_path)
+    assert [d["code"] for d in at_a_corner["diagnostics"]] == []
+
+
+def test_waits_are_statements_too(cli, tmp_path: Path) -> None:
+    rows = report(cli, "ML P1 F100\nWAIT 1.5\nML P2\n", tmp_path)["statements"]
+    assert [(row["line"], row["command"]) for row in rows] == [(1, "ML"), (2, "WAIT"), (3, "ML")]
+    assert rows[1]["time_s"] == 1.5
+
+
+def test_zones_and_configurations(cli, tmp_path: Path) -> None:
+    zone = zone_of("exclusive", [1600, 500, 2300], [1800, 800, 2600])
+    cell = (FILES / "cell.toml").read_text() + zone
+    found = report(cli, "MJ P1 F100\nML Y=600\nML P1\n", tmp_path, cell)
+    assert [(row["line"], row["zone"], row["action"]) for row in found["zones"]] == [
+        (2, "press", "enters"),
+        (3, "press", "leaves"),
+    ]
+    (row,) = report(cli, "MJ J5=8 F100\nML Z=2300 F300\n", tmp_path)["configurations"]
+    assert row == {"line": 2, "from": "FRONT UP POSITIVE", "to": "FRONT UP NEGATIVE"}
+
+
+@pytest.mark.parametrize(
+    ("more", "code"),
+    [
+        (zone_of("forbidden", [1600, -50, 2400], [1900, 50, 2800]), "E420"),
+        ("[points]\nP1 = { x = 1700, y = 0, z = 2500, a = 0, b = 0, c = 0, live = true }\n", "E392"),
+    ],
+)
+def test_what_keeps_a_run_from_beginning(more: str, code: str, cli, tmp_path: Path) -> None:
+    found = report(cli, "MJ J1=10 F20\n", tmp_path, ARM + more)
+    assert [d["code"] for d in found["diagnostics"]] == [code]
+
+
+def test_text_shows_all_tables(cli, tmp_path: Path) -> None:
+    (tmp_path / "part.via").write_text("MJ J4=5 J5=5 F100\nML Z=2200 F300\nIF DI1\nML P1\nENDIF\n")
+    said = cli("check", tmp_path / "part.via", "--cell", "cell.toml").out
+    for title in ("corners:", "times:", "slowed by an axis:", "reads of the outside world:"):
+        assert f"\n{title}\n" in said
+    assert "estimated time of the program: " in said
+    assert " to " in said.split("estimated time of the program: ")[1]
+
+
+@given(st.lists(st.integers(0, 2), max_size=60))
+def test_folding_counts_everything(items: list[int]) -> None:
+    folded = fold(items)
+    counts = dict.fromkeys(items, 0)
+    for position, weight in zip(folded.kept, folded.weights, strict=True):
+        counts[items[position]] += weight
+    assert counts == {name: items.count(name) for name in items}
+    assert list(folded.kept) == sorted(folded.kept)
+    assert all(a < b < len(folded.kept) for a, b in folded.proofs)
+
+
+@given(st.integers(4, 9), st.integers(4, 9))
+def test_folding_nests(inner: int, outer: int) -> None:
+    folded = fold((["a"] * inner + ["b"]) * outer)
+    assert len(folded.kept) == 12
+    assert sum(folded.weights) == (inner + 1) * outer
