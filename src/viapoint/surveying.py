@@ -21,6 +21,7 @@ from viapoint.runtime.kernel.forecast import Forecast, Rest, forecast
 from viapoint.runtime.kernel.guard import TickGuard
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.kernel.unsupported import refusal
+from viapoint.runtime.workspace import Monitor
 from viapoint.vm import Machine, Program
 from viapoint.vm.cycles import main_loop
 from viapoint.vm.folding import Folded, fold
@@ -135,7 +136,7 @@ class _Surveyor:
 
     def _refused(self) -> MotionError | None:
         """What keeps the robot from setting out at all."""
-        guard = TickGuard(self._cell, Trace(lambda event: None, self._cell.tick))
+        guard = TickGuard(Monitor(self._cell), Trace(lambda event: None, self._cell.tick))
         home = np.asarray(self._cell.home, dtype=np.float64)
         return refusal(self._cell, None) or guard.standing(home, 0, 0)
 

@@ -123,7 +123,7 @@ class _Forecaster:
         self._buffer = MotionBuffer(WIDEST)
         self._planner = Planner(cell, self._buffer, rest.q, tool=rest.tool)
         self._mover = Mover(cell, self._planner.route, 1.0)
-        self._guard = TickGuard(cell, Trace(_nobody, cell.tick))
+        self._guard = TickGuard(self._planner.monitor, Trace(_nobody, cell.tick))
         self._rest = rest
         self._tool = rest.tool
         self._tick = 0
