@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from viapoint.checking import CheckReport, check_program
+    from viapoint.interactive import Interactive
     from viapoint.language.diagnostics import Diagnostic, Severity
     from viapoint.report import run_report
     from viapoint.runtime.cell import Cell, CellError, default_cell, load_cell
@@ -34,6 +35,7 @@ __all__ = [
     "CompileError",
     "Diagnostic",
     "Event",
+    "Interactive",
     "Recorder",
     "Recording",
     "RecordingError",
@@ -59,6 +61,7 @@ __all__ = [
 
 _HOMES = {
     "viapoint.checking": ("CheckReport", "check_program"),
+    "viapoint.interactive": ("Interactive",),
     "viapoint.language.diagnostics": ("Diagnostic", "Severity"),
     "viapoint.report": ("run_report",),
     "viapoint.runtime.cell": ("Cell", "CellError", "default_cell", "load_cell"),

@@ -9,15 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
+import numpy as np
+
 from viapoint.runtime.cell import Cell, Point
-from viapoint.runtime.kernel import Kernel, Start, State
+from viapoint.runtime.kernel import AuxiliaryAxes, Kernel, Start, State
+from viapoint.runtime.kernel.breaks import HERE
 from viapoint.runtime.kernel.buffer import MotionBuffer
 from viapoint.runtime.kernel.dialogue import Dialogue
 from viapoint.runtime.kernel.trace import Trace
-from viapoint.runtime.records import Window
-from viapoint.runtime.signals import Scenario
+from viapoint.runtime.records import Floats, Window
+from viapoint.runtime.rotations import invert_pose
+from viapoint.runtime.signals import Scenario, SignalBank
 from viapoint.session import Listener, Loaded, Session, Status, compile_text
 from viapoint.vm import BEGINNING, Machine, Modal
 from viapoint.vm.ports import Dwell, Motion
@@ -96,12 +101,21 @@ class Interactive(Session):
         waits = state in _AWAITING and not self._world.pending()
         return self.kernel.over or state in _RESTING or waits
 
-    def run(self) -> Iterator[Window]:
-        """Windows up to where nothing goes on by itself, or as long as they are asked for."""
+    def run(self, most: int | None = None, *, at_least: int = 0) -> Iterator[Window]:
+        """Windows up to where nothing goes on by itself, `most` ticks in all.
+
+        So many ticks as are asked for `at_least` pass in any case.
+        """
         if self.kernel.state is State.READY:
             yield from super().run()
-        while not self.at_rest:
-            yield self._tell(self._timed(lambda: self.kernel.advance(self._window)))
+        begin = self.kernel.tick
+        while (passed := self.kernel.tick - begin) < at_least or not self.at_rest:
+            left = self._window if most is None else min(self._window, most - passed)
+            if self.at_rest:
+                left = min(left, at_least - passed)
+            if left <= 0:
+                return
+            yield self._tell(self._timed(partial(self.kernel.advance, left)))
             self._note_end()
 
     @property
@@ -109,6 +123,26 @@ class Interactive(Session):
         """Source line of what is executed next, as far as it is known; of the place where the robot is."""
         entry = self.kernel.execution.front
         return self.kernel.line_here if entry is None or self.kernel.astray else entry.call.line
+
+    @property
+    def robot_line(self) -> int:
+        """Source line of the place where the robot is, also when it went back."""
+        return self.kernel.line_here
+
+    @property
+    def between(self) -> bool:
+        """Whether the robot is at a place between two motions, not within one."""
+        s = self.kernel.mover.s
+        return s - self.kernel.planner.route.place_before(s + HERE) < HERE
+
+    @property
+    def interpreter_line(self) -> int:
+        """Source line the interpreter has reached."""
+        return self.kernel.dialogue.line
+
+    def set_window(self, ticks: int) -> None:
+        """The most ticks computed at once."""
+        self._window = ticks
 
     # --- commands ----------------------------------------------------------------------------------
 
@@ -152,6 +186,67 @@ class Interactive(Session):
         while (entry := buffer.to_plan()) is not None and not isinstance(entry.call, Dwell):
             buffer.planned()
         return entry is not None
+
+    # --- signals and points ------------------------------------------------------------------------
+
+    @property
+    def signals(self) -> SignalBank:
+        """The signals as they are now."""
+        return self._world.bank
+
+    def signal(self, name: str) -> str:
+        """The code of a signal given by code or name, `DI3`. Raises KeyError for one the cell has not."""
+        return str(self._world.bank.resolve(name))
+
+    def set_signal(self, name: str, value: bool | float) -> None:
+        """Set an input from the next tick on. Raises KeyError, and ValueError for an output."""
+        self._world.set_input(name, value, self.kernel.tick)
+
+    def hold_signal(self, name: str, value: bool | float | None) -> None:
+        """Force a signal to a value, None: no longer. Raises KeyError."""
+        if value is None:
+            self._world.release(name, self.kernel.tick)
+        else:
+            self._world.force(name, value, self.kernel.tick)
+
+    def reset_m(self, index: int) -> None:
+        """Answer an M function, from the next tick on."""
+        self._world.reset_m(index, self.kernel.tick)
+
+    @property
+    def flags(self) -> frozenset[int]:
+        """The M functions whose flag is raised."""
+        return self._world.flags
+
+    @property
+    def pose(self) -> Floats:
+        """X_base_tcp (4, 4) of the tool the robot has."""
+        X_base_flange = self.cell.robot.fk(self.kernel.telemetry.joints)
+        return np.asarray(X_base_flange @ self.cell.tools[self.kernel.tool].X_flange_tool)
+
+    def frame(self, index: int) -> Floats:
+        """X_base_frame (4, 4) with the base where it is now. Raises KeyError."""
+        X_base_frame = self.cell.frames[index].X_base_frame.copy()
+        axes = AuxiliaryAxes.of(self.cell)
+        if index and axes.carrier is not None:
+            X_base_frame[0, 3] -= self.kernel.telemetry.auxiliary[axes.carrier]
+        return X_base_frame
+
+    def teach(self, index: int, *, frame: int = 0, joints: bool = False, name: str | None = None) -> Point:
+        """Make where the robot stands a point: its pose in a frame, or its joints. Raises KeyError.
+
+        A point that had a name keeps it.
+        """
+        known = self.points.get(index)
+        point = Point(
+            index=index,
+            name=name or (known.name if known is not None else None),
+            pose=None if joints else invert_pose(self.frame(frame)) @ self.pose,
+            joints=self.kernel.telemetry.joints.copy() if joints else None,
+            auxiliary=tuple(self.kernel.telemetry.auxiliary.tolist()),
+        )
+        self.points[index] = point
+        return point
 
     # --- the end of a program ----------------------------------------------------------------------
 

@@ -20,6 +20,12 @@ def event_text(event: Event) -> str:
             return f"{data['signal']} is {_on_off(data['value'])}{place}{ahead}"
         case "wait":
             return f"{data['reason']}: {fixed(number(event, 't_end') - event.t, 3)} s"
+        case "block":
+            length, seconds = fixed(number(event, "length_mm"), 2), fixed(number(event, "t_end") - event.t, 3)
+            limited = f", limited by {data['limited_by']}" if data.get("limited_by") else ""
+            return f"{data['command']} {length} mm in {seconds} s{limited}"
+        case "tool":
+            return str(data["index"])
         case "m" | "track":
             return f"{data['index']} {data['action']}"
         case "error":

@@ -5,7 +5,8 @@
 `cell: NAME`   the cell it is compiled against, or the scenario belongs to; without: the built-in cell;
 `error: CODES` a program, cell or scenario that is refused with exactly these codes;
 `fails: CODE`  a program that runs and ends with this error; `refused`: with any;
-`scenario`, `robot`  a TOML block that is no cell; `section`: a part of a cell, tried with a bare robot;
+`scenario`, `robot`, `points`  a TOML block that is no cell;
+`section`      a part of a cell, tried with a bare robot;
 `printed`      a text block: what the Python block before it has printed;
 `exact`        a console block whose figures must be those shown; else words and order count;
 `exit: N`      the exit code of a console block's last command, 0 if nothing is said.
@@ -19,7 +20,9 @@ import contextlib
 import io
 import re
 import shlex
-from collections.abc import Callable, Iterable
+import sys
+import tomllib
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -104,6 +107,8 @@ class Room:
                 via.load_scenario(path, self._cell(says))
             elif "robot" in says:
                 via.load_robot(path)
+            elif "points" in says:
+                tomllib.loads(text)
             else:
                 via.load_cell(path)
         except (via.CellError, via.ScenarioError, via.RobotError) as error:
@@ -139,15 +144,27 @@ class Room:
 
 def _command(line: str, code_before: int) -> tuple[str, int]:
     """What a command line prints, standard error last, and its exit code."""
+    line, _, given = line.partition(" < ")
     words = shlex.split(line)
     if words == ["echo", "$?"]:
         return f"{code_before}\n", 0
     assert words[0] == "viapoint", f"{line}: only viapoint is run"
     out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), _input(given.strip()):
         code = main(words[1:])
     text = out.getvalue() + err.getvalue()
     return text if not text or text.endswith("\n") else f"{text}\n", code
+
+
+@contextlib.contextmanager
+def _input(name: str) -> Iterator[None]:
+    """Standard input comes from the file of this name, if there is one."""
+    before = sys.stdin
+    sys.stdin = io.StringIO(Path(name).read_text(encoding="utf-8") if name else "")
+    try:
+        yield
+    finally:
+        sys.stdin = before
 
 
 def compare(shown: str, now: str, *, exact: bool) -> None:

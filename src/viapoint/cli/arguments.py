@@ -143,6 +143,17 @@ COMMANDS = (
         "viapoint run part.via --cell cell.toml --record part.mcap",
     ),
     Command(
+        "repl",
+        "a prompt: statements typed are executed at once on the simulated robot",
+        "prompt:repl",
+        (
+            _option("file", metavar="FILE", type=_path, nargs="?", default=None, help="program to load"),
+            CELL,
+            SCENARIO,
+        ),
+        "viapoint repl --cell cell.toml",
+    ),
+    Command(
         "check",
         "all diagnostics, where the program reads the world; with a cell: its corners and reach",
         "programs:check",

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from viapoint.runtime.path import Piece
     from viapoint.runtime.recording import Recorder, RunInfo
     from viapoint.runtime.records import Event, Floats, Window
-    from viapoint.runtime.robots import JointLimits
     from viapoint.session import Listener, Loaded, Session
 
 # Options that change what a run does; a recording names these and no others, so that the same run
@@ -101,12 +100,12 @@ class _Job:
         if getattr(chosen, "record", None) is not None:
             keep_inputs(chosen.record, chosen.file, chosen.cell, chosen.scenario)
         self.cell: Cell = cell_from(chosen.cell)
-        scenario = scenario_from(chosen.scenario, self.cell)
+        self.scenario = scenario_from(chosen.scenario, self.cell)
         self.loaded: Loaded = program_from(chosen.file, self.cell)
         self.peaks = Peaks()
         self.recorder: Recorder | None = None
         if getattr(chosen, "record", None) is not None:
-            self.recorder = _recorder(chosen, self.cell, self.loaded)
+            self.recorder = _recorder(self, chosen)
         listeners: list[Listener] = [self.peaks]
         if self.recorder is not None:
             listeners.append(self.recorder)
@@ -114,7 +113,7 @@ class _Job:
         self.session: Session = Session(
             self.cell,
             self.loaded,
-            scenario=scenario,
+            scenario=self.scenario,
             override=getattr(chosen, "override", 100.0) / 100.0,
             window=getattr(chosen, "window", 1024),
             max_time=chosen.max_time,
@@ -214,7 +213,7 @@ def run_quietly(chosen: Namespace) -> tuple[RunInfo, Window, list[Event], bool]:
     errors = [diagnostic for diagnostic in job.diagnostics() if diagnostic.is_error]
     if errors:
         note(render(errors, colour=sys.stderr.isatty()) + "\n")
-    info = _run_info(chosen, job.cell, job.loaded)
+    info = _run_info(job, chosen)
     return info, join(windows), in_time_order(job.session.events), not errors
 
 
@@ -231,65 +230,30 @@ def _outline(piece: Piece) -> Floats:
 # --- recording ----------------------------------------------------------------------------------
 
 
-def _recorder(chosen: Namespace, cell: Cell, loaded: Loaded) -> Recorder:
+def _recorder(job: _Job, chosen: Namespace) -> Recorder:
     from viapoint.runtime.recording import Recorder
 
-    radius = cell.robot.body_radius
+    robot = job.cell.robot
+    radius = robot.body_radius
     try:
         return Recorder(
             chosen.record,
-            _run_info(chosen, cell, loaded),
-            skeleton=cell.robot.link_points,
+            _run_info(job, chosen),
+            skeleton=robot.link_points,
             radii=() if radius is None else tuple(radius.tolist()),
         )
     except OSError as error:
         raise Refusal(f"cannot write {chosen.record}: {error.strerror or error}") from error
 
 
-def _run_info(chosen: Namespace, cell: Cell, loaded: Loaded) -> RunInfo:
+def _run_info(job: _Job, chosen: Namespace) -> RunInfo:
+    from dataclasses import replace
+
     from viapoint.cli.version import versions
-    from viapoint.runtime.kernel import AuxiliaryAxes
-    from viapoint.runtime.recording import PRISMATIC, REVOLUTE, Axis, RunInfo
+    from viapoint.run_info import run_info
 
-    def axis(name: str, prismatic: bool, limits: JointLimits, i: int) -> Axis:
-        return Axis(
-            name=name,
-            kind=PRISMATIC if prismatic else REVOLUTE,
-            lower=float(limits.lower[i]),
-            upper=float(limits.upper[i]),
-            speed=float(limits.speed[i]),
-            acceleration=float(limits.acceleration[i]),
-            jerk=float(limits.jerk[i]),
-        )
-
-    others = AuxiliaryAxes.of(cell)
-    joints = enumerate(cell.robot.prismatic.tolist())
-    axes = tuple(axis(f"J{i + 1}", prismatic, cell.robot.limits, i) for i, prismatic in joints)
-    scenario: Path | None = chosen.scenario
-    text = scenario.read_text(encoding="utf-8") if scenario is not None else None
-    return RunInfo(
-        program_name=chosen.file.name,
-        program_source=loaded.source.text,
-        cell_name=Path(cell.source.name).name,
-        cell_text=cell.source.text,
-        scenario_text=text,
-        robot=cell.robot.name,
-        tick_s=cell.tick,
-        axes=axes,
-        auxiliary=tuple(
-            axis(others.name(i), other.prismatic, others.limits, i) for i, other in enumerate(others.axes)
-        ),
-        path_speed=cell.path_limits.speed,
-        seed=_seed(text),
-        command_line=_command_line(chosen),
-        versions=versions(),
-    )
-
-
-def _seed(scenario: str | None) -> int:
-    import tomllib
-
-    return int(tomllib.loads(scenario).get("seed", 0)) if scenario is not None else 0
+    info = run_info(job.cell, job.loaded, _command_line(chosen), versions(), job.scenario)
+    return replace(info, program_name=chosen.file.name)
 
 
 def _command_line(chosen: Namespace) -> str:

@@ -92,6 +92,17 @@ class Dialogue:
         """Whether the interpreter waits for a free slot and for nothing else."""
         return isinstance(self._suspension, BufferFull)
 
+    @property
+    def awaited(self) -> str:
+        """What it waits for from outside, in words; empty where it does not."""
+        match self._suspension:
+            case AwaitInput(index=index):
+                return f"DI{index}"
+            case AwaitReset(index=index) if self._raised:
+                return f"the reset of M{index}"
+            case _:
+                return ""
+
     # --- ports ---------------------------------------------------------------------------------------
 
     def submit(self, call: Call) -> bool:

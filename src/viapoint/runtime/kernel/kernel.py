@@ -96,6 +96,11 @@ class Kernel(Commands):
         return self.planner.route.line_at(self.mover.s + HERE) if self.astray else self.line
 
     @property
+    def fill(self) -> int:
+        """Entries in the motion buffer."""
+        return self._buffer.fill
+
+    @property
     def statements(self) -> int:
         """Statements executed so far, by the robot."""
         return self.execution.statements

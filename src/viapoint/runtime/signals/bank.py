@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from viapoint.runtime.cell import Io, Signal, SignalKind
 
 Value = bool | float
@@ -36,6 +38,10 @@ class SignalBank:
         if not 1 <= signal.index <= self._io.counts[signal.kind]:
             raise KeyError(f"no signal {signal}")
         return signal
+
+    def of_kind(self, kind: SignalKind) -> Iterator[Signal]:
+        """All signals of a kind, by their number."""
+        return (Signal(kind, index) for index in range(1, self._io.counts[kind] + 1))
 
     def read(self, signal: Signal) -> Value:
         """Present value. Raises KeyError for a signal the cell has not."""

@@ -129,6 +129,11 @@ class SignalWorld:
         """Whether the flag of an M function is raised."""
         return index in self._flags
 
+    @property
+    def flags(self) -> frozenset[int]:
+        """The M functions whose flag is raised."""
+        return frozenset(self._flags)
+
     # --- somebody outside --------------------------------------------------------------------------
 
     def set_input(self, which: int | str, value: Value, tick: int) -> None:

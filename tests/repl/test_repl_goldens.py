@@ -1,0 +1,41 @@
+"""Whole sittings, word for word: the golden file holds what is typed (behind its prompt) and what is said.
+
+What the time law decides is masked: durations and times, and where the robot is when it is stopped on
+its way.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from repl_sittings import Sitting
+
+GOLDEN = Path(__file__).parents[1] / "golden" / "repl"
+NAMES = sorted(path.stem for path in GOLDEN.glob("*.txt"))
+
+_PROMPT = re.compile(r"^(?:via>|\.\.\.>) ?(.*)$")
+_TIME = re.compile(r"\d+\.\d{3} s\b")
+_ON_ITS_WAY = re.compile(r"(?<=\bat )[^,]*(?=,)")
+
+
+def typed(transcript: str) -> str:
+    """The lines that were typed."""
+    found = (_PROMPT.match(line) for line in transcript.splitlines())
+    return "\n".join(line[1] for line in found if line)
+
+
+def masked(transcript: str) -> str:
+    lines = (_TIME.sub("#.### s", line) for line in transcript.splitlines())
+    return "\n".join(_ON_ITS_WAY.sub("…", line) if line.startswith("stopped") else line for line in lines)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_sitting(name: str, sitting: Sitting, check_golden) -> None:
+    text = (GOLDEN / f"{name}.txt").read_text(encoding="utf-8")
+    check_golden(f"repl/{name}.txt", masked(sitting.read(typed(text))))
+
+
+def test_there_are_sittings() -> None:
+    assert len(NAMES) >= 6
