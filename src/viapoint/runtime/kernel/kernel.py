@@ -356,7 +356,7 @@ class Kernel(Commands):
     # --- records ------------------------------------------------------------------------------------
 
     def _standing(self, first: int, count: int) -> Window:
-        return self.telemetry.standing(first, np.tile(self._told, (count, 1)), self._status())
+        return self.telemetry.standing(first, count, self._told, self._status())
 
     def _status(self) -> Status:
         override = 0.0 if self._paused else self.mover.override * self.mover.direction

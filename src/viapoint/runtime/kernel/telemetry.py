@@ -49,10 +49,14 @@ class Telemetry:
         """(3, n + k + 2): peak speed, acceleration and jerk so far, TCP length and TCP angle last."""
         return self._meter.peaks
 
-    def standing(self, first: int, told: Ints, status: Status) -> Window:
-        """Ticks in which nothing moves; `told` (N, 3) as for `window`."""
-        columns = np.tile(self._columns, (len(told), 1))
-        return self.window(first, columns, told, status)
+    def standing(self, first: int, count: int, told: Ints, status: Status) -> Window:
+        """Ticks in which nothing moves; `told` (3,) as for `window`. One row, seen `count` times."""
+        self._meter.stand(count)
+        one = self._window(first, self._columns[None], self._columns[-2], told[None], status)
+        arrays = {name: getattr(one, name) for name in Window.__dataclass_fields__ if name != "first_tick"}
+        seen = {name: np.broadcast_to(row, (count, *row.shape[1:])) for name, row in arrays.items()}
+        seen["time"] = self._times(first, count)
+        return Window(first_tick=first, **seen)
 
     def meter_speed(self, s_before: float, s: Floats, bound: Floats) -> None:
         """Compare the path parameter's ticks s (N,) with the programmed bounds (N + 1,) at s_before and s.
@@ -68,24 +72,39 @@ class Telemetry:
 
         `told` (N, 3): line of the path, line of the interpreter, buffer fill.
         """
-        n, count, tick = self._n, len(columns), self._cell.tick
         self._meter.feed(columns[:, :-2])
-        length, before = columns[:, -2], self._columns[-2]
-        self._columns = columns[-1]
+        before, self._columns = self._columns[-2], columns[-1]
+        return self._window(first, columns, before, told, status)
+
+    def _window(self, first: int, columns: Floats, before: float, told: Ints, status: Status) -> Window:
+        """The same, after a tick with so much TCP length behind it."""
+        n, count, length = self._n, len(columns), columns[:, -2]
         joints = columns[:, :n]
-        X = self._cell.robot.fk(joints) @ self._cell.tools[status.tool].X_flange_tool
+        position, quaternion = self._tcp(joints, status.tool)
         return Window(
             first_tick=first,
-            time=np.arange(first, first + count, dtype=np.float64) * tick,
+            time=self._times(first, count),
             line=told[:, 0],
             interpreter_line=told[:, 1],
             s=length,
-            speed=np.diff(length, prepend=before) / tick,
+            speed=np.diff(length, prepend=before) / self._cell.tick,
             override=np.full(count, status.override),
             buffer_fill=told[:, 2],
             joints=joints,
             actual=joints,
             auxiliary=columns[:, n:-4],
-            position=X[:, :3, 3],
-            quaternion=matrix_to_quaternion(X[:, :3, :3]),
+            position=position,
+            quaternion=quaternion,
         )
+
+    def _times(self, first: int, count: int) -> Floats:
+        return np.arange(first, first + count, dtype=np.float64) * self._cell.tick
+
+    def _tcp(self, joints: Floats, tool: int) -> tuple[Floats, Floats]:
+        """Position (N, 3) and quaternion (N, 4) at joints (N, n)."""
+        X = self._cell.robot.fk(joints)
+        R, position = X[:, :3, :3], X[:, :3, 3]
+        if tool:
+            held = self._cell.tools[tool].X_flange_tool
+            R, position = R @ held[:3, :3], position + R @ held[:3, 3]
+        return position, matrix_to_quaternion(R)
