@@ -274,3 +274,4 @@ class Interactive(Session):
             self.cell, self._world, self._hear, override=old.mover.override, patient=True, start=here
         )
         self.kernel.planner.laid = old.planner.laid
+        self.kernel.execution.blocks.paced = old.execution.blocks.paced

@@ -43,7 +43,7 @@ def plot(chosen: Namespace) -> int:
             raise UsageError(f"{superfluous[0]} belongs to a program; {chosen.file} is a recording")
         recording = _recording(chosen.file)
         info, trace, good = recording.info, recording.trace, True
-        events: Sequence[Event] = recording.events
+        events: Sequence[Event] = [*recording.events, *recording.paces]
     else:
         from viapoint.cli.running import run_quietly
 

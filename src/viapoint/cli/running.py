@@ -125,6 +125,7 @@ class _Job:
         )
         if self.recorder is not None:
             self.session.kernel.planner.laid = self._draw
+            self.session.kernel.execution.blocks.paced = self.recorder.event
 
     def _draw(self, pieces: Sequence[Piece]) -> None:
         """The planned path into the recording's scene."""
@@ -209,12 +210,14 @@ def run_quietly(chosen: Namespace) -> tuple[RunInfo, Window, list[Event], bool]:
 
     job = _Job(chosen)
     windows: list[Window] = []
+    paces: list[Event] = []
+    job.session.kernel.execution.blocks.paced = paces.append
     job.run(lambda window, session: windows.append(window))
     errors = [diagnostic for diagnostic in job.diagnostics() if diagnostic.is_error]
     if errors:
         note(render(errors, colour=sys.stderr.isatty()) + "\n")
     info = _run_info(job, chosen)
-    return info, join(windows), in_time_order(job.session.events), not errors
+    return info, join(windows), in_time_order([*job.session.events, *paces]), not errors
 
 
 def _outline(piece: Piece) -> Floats:

@@ -35,6 +35,9 @@ PROMPT: Final = "<prompt>"
 KEPT_TICKS: Final = 600_000
 """Ticks kept for pictures: ten minutes at 1 ms, some 100 MB."""
 
+KEPT_PACES: Final = 60_000
+"""Motions of which it is kept for pictures what held them back."""
+
 QUIET: Final = frozenset({"block", "error", "override", "input_read", "zone"})
 """Events not told unless tracing is on."""
 
@@ -89,7 +92,10 @@ class Console:
         self._moved = False  # since the last place was told
         self._ended = True  # and that was told
         self._told = 0  # events since the program began
+        self.paces: deque[Event] = deque(maxlen=KEPT_PACES)
+        """What held the last motions back, for pictures."""
         self.session = Interactive(cell, scenario=scenario, listeners=[self])
+        self.session.kernel.execution.blocks.paced = self._pace
 
     # --- listening ---------------------------------------------------------------------------------
 
@@ -113,6 +119,11 @@ class Console:
         if told:
             self._told += 1
             self.say(self.event_line(event))
+
+    def _pace(self, event: Event) -> None:
+        self.paces.append(event)
+        if self.recorder is not None:
+            self.recorder.event(event)
 
     def event_line(self, event: Event) -> str:
         """One event with its time and line."""

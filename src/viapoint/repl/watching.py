@@ -66,7 +66,8 @@ def plot(console: Console, words: list[str]) -> None:
 
     path, session = _one_file(words, "plot run.png"), console.session
     trace = join(list(console.windows))
-    events = [event for event in in_time_order(session.events) if event.tick >= trace.first_tick]
+    happened = in_time_order([*session.events, *console.paces])
+    events = [event for event in happened if event.tick >= trace.first_tick]
     info = run_info(session.cell, session.program, "viapoint repl", console.versions, console.scenario)
     try:
         draw_run(info, trace, events, path)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
-from viapoint.language.units import MM
+from viapoint.language.units import DEG, MM
 from viapoint.runtime.kernel.failure import ExecutionError
 from viapoint.runtime.kernel.motion import Mover
 from viapoint.runtime.kernel.route import Route
 from viapoint.runtime.kernel.trace import Trace
+from viapoint.runtime.records import Event, EventValue
 from viapoint.vm.ports import Motion
 
 _FORGET_EVERY: Final = 64
@@ -34,6 +37,8 @@ class Blocks:
         self._route = route
         self._mover = mover
         self._trace = trace
+        self.paced: Callable[[Event], None] | None = None
+        """Told of the pace of every block, for drawings: how fast it was asked to be, what held it back."""
         self._begin = _Begin(0, 0.0, 0.0, -1)
         self._finished = 0  # since the route was last forgotten
         self._kept = self._begin  # from where the route is kept the next time
@@ -60,9 +65,27 @@ class Blocks:
             s0_mm=begin.travelled / MM,
             limited_by=self._mover.limited_by(begin.tick, tick),
         )
+        if self.paced is not None:
+            self.paced(self._pace(motion, number))
         self._finished += 1
         self._begin = _Begin(tick, travelled, place, number + 1)
         self._check_progress(motion)
+
+    def _pace(self, motion: Motion, number: int) -> Event:
+        """Of a block finished now: its programmed speeds, None where there is none, and its limits."""
+        tick, trace = self._begin.tick, self._trace
+        rule = self._route.rule(number)
+        asked = {
+            "joint_deg_s": rule.joint / DEG,
+            "linear_mm_s": rule.linear / MM,
+            "angular_deg_s": rule.angular / DEG,
+        }
+        data: dict[str, EventValue] = {
+            "t_end": trace.time,
+            **{key: value if math.isfinite(value) else None for key, value in asked.items()},
+            "limits": self._mover.pace(tick, trace.tick),
+        }
+        return Event(tick=tick, t=trace.time_of(tick), line=motion.line, kind="pace", data=data)
 
     def forget(self) -> None:
         """Now and then, drop the path that lies a good many motions behind: nothing looks back so far."""

@@ -255,6 +255,24 @@ class Mover:
         codes, counts = np.unique(law.limited_by(law.at(times)[0]), return_counts=True)
         return self._name(int(codes[np.argmax(counts)]))
 
+    def pace(self, first_tick: int, last_tick: int) -> str:
+        """What held the speed back from one tick to another of the present law: names with their seconds.
+
+        As in "J2 0.113, programmed speed 0.5"; `-` where nothing does.
+        """
+        law = self.law
+        if law is None or last_tick <= first_tick:
+            return ""
+        begin, end = first_tick * self._tick - law.t0, last_tick * self._tick - law.t0
+        edges = np.clip(law.t, begin, end)
+        changes = np.flatnonzero(np.diff(law.limiter)) + 1
+        marks = np.concatenate(([begin], edges[changes], [end]))
+        codes = law.limiter[np.concatenate(([0], changes))]
+        spans = zip(codes.tolist(), np.diff(marks).tolist(), strict=True)
+        return ", ".join(
+            f"{self._name(code) or '-'} {seconds:.6g}" for code, seconds in spans if seconds > 0.0
+        )
+
     def _name(self, code: int) -> str:
         driven = len(self.limits.speed) - 2
         joints = driven - len(self._auxiliary)

@@ -20,7 +20,7 @@ from viapoint.runtime.kernel.joints import leaving_singular, tcp_kinematics
 from viapoint.runtime.kernel.resolver import Resolved
 from viapoint.runtime.kernel.sampling import NearSingular
 from viapoint.runtime.kernel.spans import Division
-from viapoint.runtime.kernel.speeds import rate_bounds
+from viapoint.runtime.kernel.speeds import SpeedRule, rate_bounds
 from viapoint.runtime.kernel.stretch import PathLimits, Stretch
 from viapoint.runtime.path import Chain, Mark, Move, MoveKind, Piece, Space
 from viapoint.runtime.records import Floats
@@ -77,6 +77,10 @@ class Route:
     def tool_of(self, tag: int) -> int:
         """The tool of motion `tag`."""
         return self._motions[tag].tool
+
+    def rule(self, tag: int) -> SpeedRule:
+        """The programmed speeds of motion `tag`."""
+        return self._motions[tag].resolved.rule
 
     def take(self, pieces: Sequence[Piece], marks: Sequence[Mark]) -> None:
         """Compile finished pieces onto the end and note where their motions end.

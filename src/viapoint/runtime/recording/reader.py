@@ -16,6 +16,7 @@ from .info import Floats, RunInfo
 from .mcapfile import Attachment, CutOff, Message, Metadata, NotMcapError, read_items
 from .wire import WireError
 
+PACE = "pace"
 EVENT_HEAD = frozenset({"t", "tick", "line", "kind", "robot"})
 
 
@@ -32,6 +33,8 @@ class Recording:
     events: tuple[Event, ...]
     result: Mapping[str, str]
     problem: str | None
+    paces: tuple[Event, ...] = ()
+    """What held each motion back, for pictures."""
 
     @property
     def time(self) -> Floats:
@@ -121,10 +124,12 @@ def load_recording(path: Path) -> Recording:
     if problem is not None:
         end = float(trace.time[-1])
         problem = f"{path} is cut off or damaged ({problem}); read up to t = {end:.3f} s"
+    events = sorted(collected.events, key=lambda event: event.tick)
     return Recording(
         info=info,
         trace=trace,
-        events=tuple(sorted(collected.events, key=lambda event: event.tick)),
+        events=tuple(event for event in events if event.kind != PACE),
+        paces=tuple(event for event in events if event.kind == PACE),
         result=collected.entries.get("result", {}),
         problem=problem,
     )

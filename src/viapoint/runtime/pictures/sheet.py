@@ -1,6 +1,6 @@
-"""One picture of a run: the path in space, the joints against their limits, TCP speed, statements, signals.
+"""One picture of a run: the path in space, joints against their limits, TCP speed, statements, signals.
 
-Drawn with matplotlib into a file, never on a screen. Everything shown comes from the ticks and events.
+Everything shown comes from the ticks and events.
 """
 
 from __future__ import annotations
@@ -13,20 +13,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from viapoint.language.units import MM
-
-from .recording.export import axis_units
-from .recording.info import PRISMATIC, RunInfo
-from .records import Event, Floats, Window
+from viapoint.runtime.pictures.pace import Pace, draw_pace
+from viapoint.runtime.pictures.style import (
+    COLOURS,
+    FAINT,
+    INK,
+    LIMIT,
+    OFF,
+    ON,
+    RC,
+    SHADE,
+    colour,
+    envelope,
+    limit_line,
+)
+from viapoint.runtime.recording.export import axis_units
+from viapoint.runtime.recording.info import PRISMATIC, RunInfo
+from viapoint.runtime.records import Event, Floats, Window
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLOURS = ("#2f6db3", "#e8772e", "#3a9d5d", "#c8374a", "#7a5bb5", "#2aa0a8", "#8c6d46", "#b5a400")
-INK, FAINT, LIMIT, SHADE = "#22303c", "#8794a0", "#c8374a", "#eef2f6"
-ON, OFF = "#3a9d5d", "#d9dfe5"
 SPEED_MAP = "viridis"
-POINTS = 3000  # per curve; more than a screen has columns
 PATH_POINTS = 2500  # coloured pieces of the path in space
 LABELLED_STATEMENTS = 60  # more than this, and line numbers would overlap everywhere
 NEAR_LIMIT = 0.15  # share of the plotted span by which it may grow to show a position limit
@@ -52,23 +61,7 @@ def draw_run(info: RunInfo, trace: Window, events: Sequence[Event], out: Path, *
 
     if len(trace) < 2:
         raise PictureError("the run has no motion to draw: it ended at t = 0")
-    style: dict[Any, Any] = {
-        "font.family": "DejaVu Sans",
-        "font.size": 9,
-        "axes.edgecolor": FAINT,
-        "axes.labelcolor": INK,
-        "text.color": INK,
-        "xtick.color": INK,
-        "ytick.color": INK,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.grid": True,
-        "axes.axisbelow": True,
-        "grid.color": "#e4e9ee",
-        "grid.linewidth": 0.6,
-        "svg.hashsalt": "viapoint",
-    }
-    with mpl.rc_context(style):
+    with mpl.rc_context(RC):
         figure = _Sheet(info, trace, tuple(events)).draw(title)
         try:
             out.parent.mkdir(parents=True, exist_ok=True)
@@ -115,11 +108,12 @@ class _Sheet:
         from matplotlib.figure import Figure
 
         lanes = self._signals()
-        figure = Figure(figsize=(17, 10.5), facecolor="white")
+        figure = Figure(figsize=(17, 13.5), facecolor="white")
         FigureCanvasAgg(figure)
-        grid = figure.add_gridspec(
-            1, 2, width_ratios=(1, 1.35), left=0.02, right=0.985, top=0.915, bottom=0.05, wspace=0.13
+        rows = figure.add_gridspec(
+            2, 1, height_ratios=(3.1, 1), left=0.02, right=0.985, top=0.93, bottom=0.04, hspace=0.19
         )
+        grid = rows[0].subgridspec(1, 2, width_ratios=(1, 1.35), wspace=0.13)
         left = grid[0].subgridspec(2, 1, height_ratios=(2.6, 1), hspace=0.1)
         lane_height = min(0.3 + 0.17 * len(lanes), 2.0)
         right = grid[1].subgridspec(5, 1, height_ratios=(0.24, 1.25, 1, 1, lane_height), hspace=0.2)
@@ -139,12 +133,14 @@ class _Sheet:
         self._path(figure, figure.add_subplot(left[0], projection="3d"))
         inner = left[1].subgridspec(1, 2, width_ratios=(0.07, 1), wspace=0.0)
         self._tcp_speed(figure.add_subplot(inner[1]))
+        below = rows[1].subgridspec(1, 2, width_ratios=(0.03, 1), wspace=0.0)
+        draw_pace(figure.add_subplot(below[1]), Pace.of(self.info, self.trace, self.events))
         self._title(figure, title)
         return figure
 
     def _title(self, figure: Figure, title: str) -> None:
         name = title or self.info.program_name
-        figure.text(0.02, 0.962, name, fontsize=17, fontweight="bold")
+        figure.text(0.02, 0.968, name, fontsize=17, fontweight="bold")
         length = float(self.trace.s[-1]) / MM
         facts = [
             self.info.robot,
@@ -154,7 +150,7 @@ class _Sheet:
             f"{len(self.trace) - 1:,} ticks of {self.tick * 1000:g} ms",
         ]
         text = "   ·   ".join(fact for fact in facts if fact)
-        figure.text(0.02, 0.938, text, fontsize=10, color=FAINT)
+        figure.text(0.02, 0.949, text, fontsize=10, color=FAINT)
 
     # --- space ---
 
@@ -202,7 +198,7 @@ class _Sheet:
         return floor
 
     def _outputs_on_path(self, panel: Any) -> None:
-        for value, colour in ((True, ON), (False, LIMIT)):
+        for value, shade in ((True, ON), (False, LIMIT)):
             rows = [
                 min(e.tick - self.trace.first_tick, len(self.trace) - 1)
                 for e in self.events
@@ -211,14 +207,14 @@ class _Sheet:
             if rows:
                 at = self.trace.position[rows] / MM
                 label = "output on" if value else "output off"
-                panel.scatter(*at.T, s=30, marker="^", color=colour, label=label, depthshade=False)
+                panel.scatter(*at.T, s=30, marker="^", color=shade, label=label, depthshade=False)
         if panel.get_legend_handles_labels()[0]:
             panel.legend(loc="upper right", frameon=False, fontsize=8)
 
     # --- time ---
 
     def _line(self, panel: Axes, values: Floats, colour: str, label: str | None = None) -> None:
-        rows = _envelope(values)
+        rows = envelope(values)
         panel.plot(self.time[rows], values[rows], color=colour, linewidth=1.3, label=label)
 
     def _shade(self, panel: Axes) -> None:
@@ -245,13 +241,13 @@ class _Sheet:
         units = axis_units(self.info.axes)
         values = self.trace.joints / units
         for i, axis in enumerate(self.info.axes):
-            self._line(panel, values[:, i], _colour(i), axis.name)
+            self._line(panel, values[:, i], colour(i), axis.name)
         low, high = float(values.min()), float(values.max())
         room = NEAR_LIMIT * max(high - low, 1.0)
         for i, axis in enumerate(self.info.axes):
             for limit in (axis.lower / units[i], axis.upper / units[i]):
                 if low - room <= limit <= high + room:
-                    panel.axhline(limit, color=_colour(i), linewidth=0.9, linestyle=(0, (4, 3)))
+                    panel.axhline(limit, color=colour(i), linewidth=0.9, linestyle=(0, (4, 3)))
         names = sorted({"mm" if axis.kind == PRISMATIC else "deg" for axis in self.info.axes})
         panel.set_ylabel(f"joint position  [{', '.join(names)}]")
         handles, labels = panel.get_legend_handles_labels()
@@ -259,7 +255,7 @@ class _Sheet:
             handles,
             labels,
             loc="upper right",
-            bbox_to_anchor=(0.99, 0.985),
+            bbox_to_anchor=(0.99, 0.988),
             ncol=len(labels),
             frameon=False,
             fontsize=10,
@@ -269,9 +265,9 @@ class _Sheet:
         """Each axis as a share of its own limit, so that ±100 % is everyone's."""
         shares = 100.0 * values / np.asarray(limits)
         for i in range(shares.shape[1]):
-            self._line(panel, shares[:, i], _colour(i))
+            self._line(panel, shares[:, i], colour(i))
         for limit in (-100.0, 100.0):
-            panel.axhline(limit, color=LIMIT, linewidth=1.0, linestyle=(0, (5, 3)))
+            limit_line(panel, limit)
         peak = max(118.0, float(np.abs(shares).max()) * 1.08)
         panel.set_ylim(-peak, peak)
         panel.set_yticks([-100, -50, 0, 50, 100])
@@ -283,7 +279,7 @@ class _Sheet:
 
     def _tcp_speed(self, panel: Axes) -> None:
         speed = self.trace.speed / MM
-        rows = _envelope(speed)
+        rows = envelope(speed)
         panel.fill_between(self.time[rows], speed[rows], color=COLOURS[0], alpha=0.14, linewidth=0)
         self._line(panel, speed, COLOURS[0])
         override = self.trace.override
@@ -295,7 +291,7 @@ class _Sheet:
             twin.grid(visible=False)
         limit = self.info.path_speed / MM
         if 0.0 < limit <= 1.6 * float(speed.max()):
-            panel.axhline(limit, color=LIMIT, linewidth=1.0, linestyle=(0, (5, 3)))
+            limit_line(panel, limit)
             note = "limit of path moves"
             panel.annotate(note, (0.0, limit), (4, 3), textcoords="offset points", fontsize=8, color=LIMIT)
         self._shade(panel)
@@ -341,24 +337,7 @@ class _Sheet:
             panel.plot(at, [row] * len(at), "o", markersize=6, markerfacecolor=face, markeredgecolor=ON)
 
 
-def _colour(index: int) -> str:
-    return COLOURS[index % len(COLOURS)]
-
-
 def _few_ticks() -> Any:
     from matplotlib.ticker import MaxNLocator
 
     return MaxNLocator(5)
-
-
-def _envelope(values: Floats) -> Any:
-    """Rows to draw: all, or of each of many bins the lowest and the highest, so that no peak gets lost."""
-    count = len(values)
-    if count <= POINTS:
-        return np.arange(count)
-    size = -(-2 * count // POINTS)
-    whole = count // size * size
-    bins = values[:whole].reshape(-1, size)
-    starts = np.arange(len(bins)) * size
-    rows = np.concatenate((starts + bins.argmin(axis=1), starts + bins.argmax(axis=1), [0, count - 1]))
-    return np.unique(rows)
