@@ -1,13 +1,16 @@
 """Rotations and poses as arrays: Euler angles A B C, matrices, quaternions, rotation vectors.
 
 Batched numpy, batch first, radians and metres. Quaternions are w x y z. No interpolation and no
-robot: curves of orientation belong to the path, kinematics to the robots.
+robot: curves of orientation belong to the path, kinematics to the robots. `_rotations` has the conversions
+of batches compiled.
 """
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+
+from viapoint.runtime.core import chosen
 
 Floats = npt.NDArray[np.float64]
 
@@ -18,6 +21,7 @@ GIMBAL_LOCK = 1e-12
 HALF_TURN = 1e-12
 # Below this angle sin(x)/x equals its series 1 − x²/6 to double precision.
 SMALL_ANGLE = 1e-4
+_CORE = "_rotations"
 
 
 def abc_to_matrix(abc: npt.ArrayLike) -> Floats:
@@ -59,6 +63,9 @@ def matrix_to_quaternion(R: Floats) -> Floats:
     The matrix determines 4·q·qᵀ; its row with the largest diagonal element is q without cancellation,
     at 180° too (F 5-15 divides by zero there).
     """
+    if (core := chosen(_CORE)) is not None:
+        matrices = np.ascontiguousarray(R).reshape(-1, 3, 3)
+        return np.asarray(core.matrix_to_quaternion(matrices)).reshape(*R.shape[:-2], 4)
     d = np.stack((R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]), axis=-1)
     outer = np.empty((*R.shape[:-2], 4, 4))
     outer[..., 0, 0] = 1.0 + d[..., 0] + d[..., 1] + d[..., 2]
@@ -82,6 +89,9 @@ def canonical_quaternion(q: Floats) -> Floats:
 
 def quaternion_to_matrix(q: Floats) -> Floats:
     """(..., 4) unit quaternion → (..., 3, 3)."""
+    if (core := chosen(_CORE)) is not None:
+        quaternions = np.ascontiguousarray(q).reshape(-1, 4)
+        return np.asarray(core.quaternion_to_matrix(quaternions)).reshape(*q.shape[:-1], 3, 3)
     w, x, y, z = np.moveaxis(q, -1, 0)
     R = np.empty((*q.shape[:-1], 3, 3))
     R[..., 0, 0] = 1.0 - 2.0 * (y * y + z * z)

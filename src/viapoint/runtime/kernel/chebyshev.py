@@ -3,17 +3,19 @@
 A *cell* is an interval [start, end] with one polynomial per axis, interpolated at the
 Chebyshev–Lobatto points, so that neighbouring cells agree at their common end to rounding.
 Interpolation converges geometrically for the smooth functions that occur between the
-junctions of a path; the trailing coefficients measure the error that is left.
+junctions of a path; the trailing coefficients measure the error that is left. The functions here are the
+numpy twin of `_axes`.
 """
 
 from __future__ import annotations
 
-import itertools
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
-from viapoint.runtime.records import Floats
+from viapoint.runtime.core import chosen
+from viapoint.runtime.records import Floats, Ints
 
 DEGREE: Final = 11
 """12 nodes a cell: the best trade of cell count against evaluation cost for arm kinematics."""
@@ -22,10 +24,17 @@ _TRAILING: Final = 2
 """Coefficients looked at to judge convergence; two, since odd or even ones may vanish by symmetry."""
 
 
-_ROUNDING: Final = 4e-15
+ROUNDING: Final = 4e-15
 """Coefficients of second degree and higher below this are rounding of values of a few rad; as zeros, they
 let what is straight be seen as straight."""
 
+_CORE: Final = "kernel._axes"
+
+_ORDERS: Final = 4
+"""A function and the derivatives that the time law asks for."""
+
+_LONG_RUN: Final = 8
+"""Places in a row in one cell from which a product of its own is quicker than gathering coefficients."""
 
 _FIRST_CAPACITY: Final = 64
 
@@ -67,29 +76,47 @@ def _integration_matrix(degree: int) -> Floats:
 NODES: Final = 0.5 * (_lobatto(DEGREE) + 1.0)
 """Interpolation points in a cell, 0 … 1, ends included."""
 
-_TO_COEFFICIENTS: Final = _interpolation_matrix(DEGREE)
+TO_COEFFICIENTS: Final = _interpolation_matrix(DEGREE)
 _DERIVE: Final = _derivative_matrix(DEGREE)
-_INTEGRATE: Final = _integration_matrix(DEGREE)
+INTEGRATE: Final = _integration_matrix(DEGREE)
 
 
 def coefficients(values: Floats) -> Floats:
     """Chebyshev coefficients (C, D+1, m) of functions given at `NODES`: (C, D+1, m)."""
+    if (core := chosen(_CORE)) is not None:
+        return np.asarray(core.coefficients(np.ascontiguousarray(values), True))
     result = unrounded_coefficients(values)
     curved = result[:, 2:]
-    curved[np.abs(curved) < _ROUNDING] = 0.0
+    curved[np.abs(curved) < ROUNDING] = 0.0
     return result
 
 
 def unrounded_coefficients(values: Floats) -> Floats:
     """As `coefficients`, of values that may be tiny."""
-    result: Floats = np.einsum("kn,cnm->ckm", _TO_COEFFICIENTS, values, optimize=False)
+    if (core := chosen(_CORE)) is not None:
+        return np.asarray(core.coefficients(np.ascontiguousarray(values), False))
+    result: Floats = np.einsum("kn,cnm->ckm", TO_COEFFICIENTS, values, optimize=False)
     return result
 
 
 def integrals(rates: Floats, widths: Floats) -> Floats:
     """Integrals (C, D+1, m) from each cell's start up to its `NODES`, of functions given there."""
-    result: Floats = np.einsum("kn,cnm->ckm", _INTEGRATE, rates, optimize=False)
+    if (core := chosen(_CORE)) is not None:
+        return np.asarray(core.integrals(np.ascontiguousarray(rates), widths))
+    result: Floats = np.einsum("kn,cnm->ckm", INTEGRATE, rates, optimize=False)
     return result * (0.5 * widths)[:, None, None]
+
+
+def derived(coeffs: Floats, widths: Floats) -> Floats:
+    """Coefficients (C, D+1, m) to those of the function and its first three derivatives, (C, 4, D+1, m)."""
+    if (core := chosen(_CORE)) is not None:
+        return np.asarray(core.derived(np.ascontiguousarray(coeffs), widths))
+    table = np.empty((len(coeffs), _ORDERS, *coeffs.shape[1:]))
+    table[:, 0] = coeffs
+    scale = (2.0 / widths)[:, None, None]
+    for order in range(1, _ORDERS):
+        table[:, order] = scale * np.einsum("kn,cnm->ckm", _DERIVE, table[:, order - 1], optimize=False)
+    return table
 
 
 def residual(coeffs: Floats) -> Floats:
@@ -129,44 +156,50 @@ class Cells:
     """A function R → R^m on consecutive cells; grows at the end, may be forgotten from the start."""
 
     def __init__(self, axes: int) -> None:
-        self._axes = axes
         self._starts, self._widths = _Rows(), _Rows()
-        self._orders = [_Rows(DEGREE + 1, axes) for _ in range(4)]
+        self._table = _Rows(_ORDERS, DEGREE + 1, axes)
 
     def append(self, starts: Floats, widths: Floats, coeffs: Floats) -> None:
         """Add cells at the end: starts (C,), widths (C,), coefficients (C, D+1, m)."""
         self._starts.append(starts)
         self._widths.append(widths)
-        for order in self._orders:
-            order.append(coeffs)
-            coeffs = np.einsum("kn,cnm->ckm", _DERIVE, coeffs, optimize=False) * (2.0 / widths)[:, None, None]
+        self._table.append(derived(coeffs, widths))
 
     def forget(self, s: float) -> None:
         """Drop the cells that end before s."""
         count = max(0, int(np.searchsorted(self._starts.rows, s, side="right")) - 1)
-        for rows in (self._starts, self._widths, *self._orders):
+        for rows in (self._starts, self._widths, self._table):
             rows.drop(count)
 
     def evaluate(self, s: Floats, orders: tuple[int, ...] = (0,)) -> list[Floats]:
         """Derivatives of the asked orders (0 … 3) at s (N,), each (N, m)."""
-        starts, widths = self._starts.rows, self._widths.rows
-        cell = np.clip(np.searchsorted(starts, s, side="right") - 1, 0, len(starts) - 1)
-        x = np.clip(2.0 * (s - starts[cell]) / widths[cell] - 1.0, -1.0, 1.0)
-        basis = _polynomials(x)
-        runs = np.concatenate(([0], np.flatnonzero(np.diff(cell)) + 1, [len(s)]))
-        results = [np.empty((len(s), self._axes)) for _ in orders]
-        coeffs = [self._orders[k].rows for k in orders]
-        for first, last in itertools.pairwise(runs.tolist()):
-            number = cell[first]
-            for order, result in zip(coeffs, results, strict=True):
-                np.matmul(basis[first:last], order[number], out=result[first:last])
-        return results
+        starts, widths, table = self._starts.rows, self._widths.rows, self._table.rows
+        if (core := chosen(_CORE)) is not None:
+            found: list[Floats] = core.evaluate(starts, widths, table, np.ascontiguousarray(s), orders)
+            return found
+        cell = (np.searchsorted(starts, s, side="right") - 1).clip(0, len(starts) - 1)
+        basis = _polynomials((2.0 * (s - starts[cell]) / widths[cell] - 1.0).clip(-1.0, 1.0))
+        return [_sums(basis, table[:, order], cell) for order in orders]
+
+
+def _sums(basis: Floats, table: Floats, cell: Ints) -> Floats:
+    """Polynomials (N, D+1) times the coefficients (C, D+1, m) of each place's cell (N,): (N, m)."""
+    ends = np.flatnonzero(np.diff(cell)) + 1
+    if len(cell) < _LONG_RUN * (len(ends) + 1):
+        gathered: Floats = np.matmul(basis[:, None, :], table[cell])[:, 0]
+        return gathered
+    result = np.empty((len(cell), table.shape[2]))
+    for first, last in pairwise((0, *ends.tolist(), len(cell))):
+        np.matmul(basis[first:last], table[cell[first]], out=result[first:last])
+    return result
 
 
 def _polynomials(x: Floats) -> Floats:
     """Chebyshev polynomials T₀ … T_D at x (N,): (N, D+1), by their recurrence."""
-    columns = [np.ones_like(x), x]
+    basis = np.empty((DEGREE + 1, len(x)))
+    basis[0], basis[1] = 1.0, x
     twice = 2.0 * x
-    for _ in range(DEGREE - 1):
-        columns.append(twice * columns[-1] - columns[-2])
-    return np.stack(columns, axis=1)
+    for k in range(2, DEGREE + 1):
+        np.multiply(twice, basis[k - 1], out=basis[k])
+        basis[k] -= basis[k - 2]
+    return basis.T

@@ -19,7 +19,7 @@ HALF_TURN_MARGIN = 1e-6
 # An axis whose component along a tie-breaking direction is smaller than this is square to it.
 SQUARE = 1e-6
 # Below this θ² the closed forms of a, b and their derivatives lose digits; four terms of the series do not.
-_SERIES_BELOW = 1e-2
+SERIES_BELOW = 1e-2
 _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
 
@@ -103,7 +103,7 @@ def vector_of_rates(phi: Floats, rate: Floats, rate_change: Floats) -> tuple[Flo
     """φ, ω, dω/dw (3,) → φ′ and φ″ (3,); |φ| < 2π. The inverse J⁻¹ = 1 − [φ]/2 + c·[φ]²."""
     x = float(phi @ phi)
     a, b, da, db = _coefficients_at(x)
-    c = (1.0 - (1.0 - x * b) / (2.0 * a)) / x if x >= _SERIES_BELOW else 1 / 12 + x / 720 + x**2 / 30240
+    c = (1.0 - (1.0 - x * b) / (2.0 * a)) / x if x >= SERIES_BELOW else 1 / 12 + x / 720 + x**2 / 30240
     side = cross(phi, rate)
     phi1 = rate - 0.5 * side + c * cross(phi, side)
     side = cross(phi, phi1)
@@ -119,7 +119,7 @@ def _dot(a: Floats, b: Floats) -> Any:
 
 def _coefficients_at(x: float) -> tuple[Any, Any, Any, Any]:
     """a, b, da/dx, db/dx at one x = θ²."""
-    if x < _SERIES_BELOW:
+    if x < SERIES_BELOW:
         return _series(x)
     theta = math.sqrt(x)
     return _closed(x, theta, math.sin(theta), math.cos(theta))
@@ -127,7 +127,7 @@ def _coefficients_at(x: float) -> tuple[Any, Any, Any, Any]:
 
 def _coefficients(x: Floats) -> tuple[Any, Any, Any, Any]:
     """a, b, da/dx, db/dx at many x = θ²."""
-    small = x < _SERIES_BELOW
+    small = x < SERIES_BELOW
     y = np.where(small, 1.0, x)
     theta = np.sqrt(y)
     closed = _closed(y, theta, np.sin(theta), np.cos(theta))

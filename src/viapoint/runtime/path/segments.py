@@ -1,17 +1,21 @@
 """Whole programmed segments and round edges: a curve with its orientation, measured. Nothing is cut here.
 
-A segment is evaluable over all of 0 … `length`; a piece of path is an interval of one.
+A segment is evaluable over all of 0 … `length`; a piece of path is an interval of one. Where poses define it,
+`_curves` evaluates it compiled.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from viapoint.runtime.core import chosen
 from viapoint.runtime.path.curves import Bezier, Curve, Profile
 from viapoint.runtime.path.moves import Floats, Kinematics, Poses, Space
+from viapoint.runtime.path.packing import pack
 from viapoint.runtime.path.travel import EvenTravel, TableTravel, Travel, tabulate, tabulate_nodes
 from viapoint.runtime.path.turns import KeyedTurn, Turn, UniformTurn
 from viapoint.runtime.rotations import (
@@ -31,6 +35,7 @@ FEWEST_NODES = 16
 _FIRST = np.array([3.0, -32.0, 168.0, -672.0, 0.0, 672.0, -168.0, 32.0, -3.0]) / 840.0
 _SECOND = np.array([-9.0, 128.0, -1008.0, 8064.0, -14350.0, 8064.0, -1008.0, 128.0, -9.0]) / 5040.0
 _REACH = len(_FIRST) // 2
+_CORE = "path._curves"
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,16 +65,28 @@ class PoseSegment:
         """The range of w."""
         return self.curve.length
 
+    @cached_property
+    def packed(self) -> Floats:
+        """The segment as the compiled module reads it."""
+        return pack(self.curve, self.turn)
+
     def poses(self, w: Floats) -> Poses:
         """(N,) → N poses of the TCP."""
+        if chosen(_CORE) is not None:
+            return sample([self], [len(w)], w)[0]
         return Poses(self.curve.points(w), self.turn.quaternions(w))
 
     def jet(self, w: float) -> Jet:
         """Pose and derivatives at one w."""
+        if (core := chosen(_CORE)) is not None:
+            return Jet(*core.jet(self.packed, w))
         return Jet(*self.curve.derivatives(w), *self.turn.derivatives(w))
 
     def rates(self, w: Floats) -> tuple[Floats, Floats]:
         """|dp/dw| and |ω| at w (N,), (N,) each."""
+        if chosen(_CORE) is not None:
+            linear, angular = sample([self], [len(w)], w)[1].T
+            return linear, angular
         linear = np.linalg.norm(self.curve.velocities(w), axis=1)
         match self.turn:
             case UniformTurn(rate=rate):
@@ -177,6 +194,19 @@ class JointSegment:
 
 
 Segment = PoseSegment | JointSegment
+
+
+def sample(segments: Sequence[PoseSegment], counts: Sequence[int], w: Floats) -> tuple[Poses, Floats]:
+    """Poses, and |dp/dw| and |ω| (N, 2), at w (N,): so many places on each segment, in their order."""
+    if (core := chosen(_CORE)) is not None:
+        rows = [segment.packed for segment in segments]
+        position, quaternion, rates = core.sample(rows, np.array(counts), np.ascontiguousarray(w))
+        return Poses(position, quaternion), rates
+    places = np.split(w, np.cumsum(counts)[:-1])
+    poses = [segment.poses(at) for segment, at in zip(segments, places, strict=True)]
+    rates = [np.stack(segment.rates(at), axis=1) for segment, at in zip(segments, places, strict=True)]
+    position, quaternion = (np.concatenate(parts) for parts in zip(*poses, strict=True))
+    return Poses(position, quaternion), np.concatenate(rates)
 
 
 def _norm_with_derivative(v: Floats, dv: Floats) -> tuple[Floats, Floats]:

@@ -1,6 +1,7 @@
 """Six revolute joints, z y y x y x, with a spherical wrist: closed form (F ch. 3 and 4).
 
 Batched over poses. Lengths in m, angles in rad. Joint ranges and limits are the model's, not the family's.
+The formulas are here in numpy; `_spherical` has them compiled.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from viapoint.runtime.core import chosen
 from viapoint.runtime.robots.model import TURN, Bools, Complexes, Floats, IkSolutions, Ints, SingularityReport
 from viapoint.runtime.rotations import make_pose
 
@@ -30,6 +32,7 @@ REACH_TOLERANCE = 1e-10
 # Two branches whose elbow angle is smaller than this (rad) are one solution: the square root of the relative
 # rounding of the reach, which is all that an elbow angle near 0 or 180° is known by.
 SAME_ELBOW = 1e-7
+_CORE = "robots._spherical"
 # A joint vector is reported singular when a measure is below this: about where speeds grow 10⁵-fold.
 REPORT_SINGULAR = 1e-5
 
@@ -63,11 +66,20 @@ class SphericalWristArm:
     R_flange: Floats = field(default_factory=lambda: np.eye(3))
     forearm: float = field(init=False)  # elbow to wrist point: b4x, F 4-7
     bend: float = field(init=False)  # J3 at which upper arm and forearm are in line, with opposite sign
+    senses: Floats = field(init=False)  # (8, 3) per configuration: +1 or −1 of shoulder, elbow and wrist
+    packed: Floats = field(init=False)  # (23,) all of it as `_spherical` reads it
 
     def __post_init__(self) -> None:
         along = self.a4x + self.a5x
-        object.__setattr__(self, "forearm", math.hypot(along, self.a4z))
-        object.__setattr__(self, "bend", math.atan2(along, self.a4z))
+        lengths = [self.a1z + self.a2z, self.a2x, self.a3z, along, self.a4z, self.a6x]
+        elbow = math.hypot(along, self.a4z), math.atan2(along, self.a4z)
+        object.__setattr__(self, "forearm", elbow[0])
+        object.__setattr__(self, "bend", elbow[1])
+        # Seen from behind, an elbow that is up bends the other way.
+        senses = _SENSES * np.stack((np.ones(8), _SENSES[:, 0], np.full(8, self.sign[4])), axis=1)
+        object.__setattr__(self, "senses", senses)
+        packed = np.concatenate((lengths, elbow, self.sign, self.R_flange.ravel()))
+        object.__setattr__(self, "packed", packed)
 
     @property
     def configurations(self) -> tuple[tuple[str, ...], ...]:
@@ -77,6 +89,8 @@ class SphericalWristArm:
 
     def fk(self, q: Floats) -> Floats:
         """(..., 6) → (..., 4, 4): R_arm·R_wrist (F 3-10), and the points of the arm's plane."""
+        if (core := chosen(_CORE)) is not None:
+            return np.asarray(core.fk(self.packed, _rows(q))).reshape(*q.shape[:-1], 4, 4)
         c, s, c23, s23 = self._trigonometry(q)
         wrist = _wrist_matrix(c, s)
         x = c23[..., None] * wrist[..., 0, :] + s23[..., None] * wrist[..., 2, :]
@@ -91,6 +105,8 @@ class SphericalWristArm:
 
     def jacobian(self, q: Floats) -> Floats:
         """(..., 6) → (..., 6, 6): for each joint its axis × (flange − a point of the axis), and its axis."""
+        if (core := chosen(_CORE)) is not None:
+            return np.asarray(core.jacobian(self.packed, _rows(q))).reshape(*q.shape[:-1], 6, 6)
         c, s, c23, s23 = self._trigonometry(q)
         zero = np.zeros_like(c23)
         c1, s1, c4, s4 = c[..., 0], s[..., 0], c[..., 3], s[..., 3]
@@ -112,6 +128,8 @@ class SphericalWristArm:
 
     def link_points(self, q: Floats) -> Floats:
         """(..., 6) → (..., 7, 3): base, axis 2's height, shoulder, elbow, forearm, wrist point, flange."""
+        if (core := chosen(_CORE)) is not None:
+            return np.asarray(core.link_points(self.packed, _rows(q))).reshape(*q.shape[:-1], 7, 3)
         c, s, c23, s23 = self._trigonometry(q)
         elbow = self._elbow(c, s)
         radial = self.a4z * s23
@@ -169,6 +187,11 @@ class SphericalWristArm:
 
         So are those `given`, J1 or J4: their senses then decide those of the shoulder and the wrist.
         """
+        if (core := chosen(_CORE)) is not None:
+            senses = self.senses[configuration].reshape(-1, 3)
+            X = np.ascontiguousarray(X)
+            q, inside = core.ik_branch(self.packed, X, senses, _rows(reference), 0 in given, 3 in given)
+            return q, inside
         shoulder, elbow, wrist = self._signs(configuration)
         rows = self._rotation_rows(X)
         point = self._wrist_centre(X, rows)
@@ -209,9 +232,8 @@ class SphericalWristArm:
 
     def _signs(self, configuration: int | Ints) -> tuple[Signs, Signs, Signs]:
         """+1 or −1 of shoulder, elbow (sense of its bend in the arm's plane) and wrist (of sin J5)."""
-        shoulder, up, positive = _SENSES[configuration].T
-        # Seen from behind, an elbow that is up bends the other way.
-        return shoulder, shoulder * up, self.sign[4] * positive
+        shoulder, elbow, wrist = self.senses[configuration].T
+        return shoulder, elbow, wrist
 
     def _rotation_rows(self, X: Floats) -> tuple[Triple, Triple, Triple]:
         """The nine elements (N,) of the family's own flange rotation."""
@@ -253,6 +275,8 @@ class SphericalWristArm:
 
     def free_joint(self, X: Floats, q: Floats) -> Bools:
         """(N, 4, 4) and its solution (N, 6) → (N,): rows whose pose leaves J1 or J4 free."""
+        if (core := chosen(_CORE)) is not None:
+            return np.asarray(core.free_joint(self.packed, _rows(q)))
         _, s, c23, s23 = self._trigonometry(q)
         free: Bools = np.abs(np.sin(q[:, 4])) < WRIST_SINGULAR
         free |= np.abs(self._radial(s, c23, s23)) < SHOULDER_SINGULAR
@@ -267,6 +291,11 @@ class SphericalWristArm:
             "SHOULDER": abs(float(self._radial(s, c23, s23))),
         }
         return SingularityReport(measures, tuple(name for name, m in measures.items() if m < REPORT_SINGULAR))
+
+
+def _rows(q: Floats) -> Floats:
+    """(..., 6) → (N, 6), contiguous."""
+    return np.ascontiguousarray(q).reshape(-1, 6)
 
 
 def _wrist_matrix(c: Floats, s: Floats) -> Floats:

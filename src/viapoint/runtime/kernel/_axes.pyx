@@ -1,0 +1,139 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""Compiled arithmetic of the path's axis functions: the twin is `chebyshev`."""
+
+import numpy as np
+
+from libc.math cimport fabs
+
+from viapoint.runtime.kernel import chebyshev as _twin
+
+cdef enum:
+    NODES = 12
+    ORDERS = 4
+
+cdef double ROUNDING = _twin.ROUNDING
+cdef double[:, ::1] TO_COEFFICIENTS = _twin.TO_COEFFICIENTS
+cdef double[:, ::1] INTEGRATE = _twin.INTEGRATE
+
+if _twin.DEGREE + 1 != NODES:
+    raise ImportError("the compiled cells are of another degree than their twin's")
+
+
+def coefficients(const double[:, :, ::1] values, bint rounded):
+    """Values (C, D+1, m) at the nodes to Chebyshev coefficients; `rounded`: tiny ones are zero."""
+    cdef Py_ssize_t cell, k, n, j, axes = values.shape[2]
+    cdef double factor
+    cdef double *row
+    result = np.zeros((values.shape[0], NODES, axes))
+    cdef double[:, :, ::1] coeffs = result
+    for cell in range(values.shape[0]):
+        for k in range(NODES):
+            row = &coeffs[cell, k, 0]
+            for n in range(NODES):
+                factor = TO_COEFFICIENTS[k, n]
+                for j in range(axes):
+                    row[j] += factor * values[cell, n, j]
+            if rounded and k > 1:
+                for j in range(axes):
+                    if fabs(row[j]) < ROUNDING:
+                        row[j] = 0.0
+    return result
+
+
+def integrals(const double[:, :, ::1] rates, const double[::1] widths):
+    """Integrals (C, D+1, m) from each cell's start up to its nodes, of functions given there."""
+    cdef Py_ssize_t cell, k, n, j, axes = rates.shape[2]
+    cdef double factor
+    result = np.zeros((rates.shape[0], NODES, axes))
+    cdef double[:, :, ::1] values = result
+    for cell in range(rates.shape[0]):
+        for k in range(NODES):
+            for n in range(NODES):
+                factor = INTEGRATE[k, n] * 0.5 * widths[cell]
+                for j in range(axes):
+                    values[cell, k, j] += factor * rates[cell, n, j]
+    return result
+
+
+def derived(const double[:, :, ::1] coeffs, const double[::1] widths):
+    """Coefficients (C, D+1, m) to those of the function and its first three derivatives, (C, 4, D+1, m)."""
+    cdef Py_ssize_t cell, order, k, j, axes = coeffs.shape[2]
+    cdef double scale
+    cdef double *low
+    cdef double *high
+    result = np.zeros((coeffs.shape[0], ORDERS, NODES, axes))
+    cdef double[:, :, :, ::1] table = result
+    for cell in range(coeffs.shape[0]):
+        table[cell, 0] = coeffs[cell]
+        scale = 2.0 / widths[cell]
+        for order in range(1, ORDERS):
+            low, high = &table[cell, order - 1, 0, 0], &table[cell, order, 0, 0]
+            for k in range(NODES - 1, 0, -1):
+                for j in range(axes):
+                    high[(k - 1) * axes + j] = 2.0 * k * low[k * axes + j]
+                    if k < NODES - 1:
+                        high[(k - 1) * axes + j] += high[(k + 1) * axes + j]
+            for j in range(axes):
+                high[j] *= 0.5
+            for k in range(NODES * axes):
+                high[k] *= scale
+    return result
+
+
+def evaluate(
+    const double[::1] starts,
+    const double[::1] widths,
+    const double[:, :, :, ::1] table,
+    const double[::1] s,
+    tuple orders,
+):
+    """Derivatives of the asked orders at s (N,), each (N, m)."""
+    cdef Py_ssize_t row, count = s.shape[0], axes = table.shape[3], cell = 0, k
+    cdef double basis[NODES]
+    cdef double x
+    cdef int order
+    results = []
+    cdef long[::1] cells = np.empty(count, dtype=np.int64)
+    cdef double[:, ::1] bases = np.empty((count, NODES))
+    cdef double[:, ::1] values
+    for row in range(count):
+        cell = _cell(starts, s[row], cell)
+        cells[row] = cell
+        x = min(max(2.0 * (s[row] - starts[cell]) / widths[cell] - 1.0, -1.0), 1.0)
+        bases[row, 0], bases[row, 1] = 1.0, x
+        for k in range(2, NODES):
+            bases[row, k] = 2.0 * x * bases[row, k - 1] - bases[row, k - 2]
+    for order in orders:
+        result = np.empty((count, axes))
+        values = result
+        for row in range(count):
+            _sum(&bases[row, 0], &table[cells[row], order, 0, 0], &values[row, 0], axes)
+        results.append(result)
+    return results
+
+
+cdef inline void _sum(const double *basis, const double *coeffs, double *values, Py_ssize_t axes) noexcept nogil:
+    cdef Py_ssize_t k, j
+    cdef double factor
+    for j in range(axes):
+        values[j] = coeffs[j]
+    for k in range(1, NODES):
+        factor = basis[k]
+        coeffs += axes
+        for j in range(axes):
+            values[j] += factor * coeffs[j]
+
+
+cdef inline Py_ssize_t _cell(const double[::1] starts, double s, Py_ssize_t near) noexcept nogil:
+    """The last cell that starts at or before s, or the first; `near` is tried before a search."""
+    cdef Py_ssize_t low, high, middle, last = starts.shape[0] - 1
+    if starts[near] <= s and (near == last or s < starts[near + 1]):
+        return near
+    low, high = 0, last + 1
+    while low < high:
+        middle = (low + high) // 2
+        if starts[middle] <= s:
+            low = middle + 1
+        else:
+            high = middle
+    return max(low - 1, 0)
