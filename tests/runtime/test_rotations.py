@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from both_cores import by_both
 from viapoint.runtime import rotations as rot
 
 SEED = 20240
@@ -77,3 +78,18 @@ def test_products_and_inverses(matrices: rot.Floats) -> None:
     X = rot.make_pose(np.arange(3.0), matrices)
     np.testing.assert_allclose(rot.invert_pose(X) @ X, np.broadcast_to(np.eye(4), X.shape), atol=1e-12)
     assert (q[:, 0] >= -1e-12).all()
+
+
+def test_compiled_conversions_are_those_of_the_twin() -> None:
+    q = np.random.default_rng(5).normal(size=(4, 50, 4))
+    q[0, :, 0] = 0.0
+    q[0, :25, 3] = 0.0
+    q[0, :9, 2] = 0.0
+    q /= np.linalg.norm(q, axis=-1, keepdims=True)
+    twin, compiled = by_both(lambda: rot.quaternion_to_matrix(q), "_rotations")
+    assert np.abs(twin - compiled).max() <= 1e-15
+    back, compiled = by_both(lambda: rot.matrix_to_quaternion(twin), "_rotations")
+    assert np.abs(back - compiled).max() <= 1e-15
+    one = by_both(lambda: rot.matrix_to_quaternion(twin[2, 7]), "_rotations")
+    assert np.abs(one[0] - back[2, 7]).max() <= 1e-15
+    assert np.abs(one[1] - back[2, 7]).max() <= 1e-15

@@ -18762,7 +18762,7 @@ static PyObject *__pyx_pf_8viapoint_7runtime_10_rotations_2matrix_to_quaternion(
  *         scale = 0.0
  *         for k in range(4):             # <<<<<<<<<<<<<<
  *             scale += outer[best][k] * outer[best][k]
- *         scale = 1.0 / sqrt(scale)
+ *         scale = sqrt(scale)
 */
     for (__pyx_t_20 = 0; __pyx_t_20 < 4; __pyx_t_20+=1) {
       __pyx_v_k = __pyx_t_20;
@@ -18771,7 +18771,7 @@ static PyObject *__pyx_pf_8viapoint_7runtime_10_rotations_2matrix_to_quaternion(
  *         scale = 0.0
  *         for k in range(4):
  *             scale += outer[best][k] * outer[best][k]             # <<<<<<<<<<<<<<
- *         scale = 1.0 / sqrt(scale)
+ *         scale = sqrt(scale)
  *         for k in (0, 3, 2, 1):  # of two signs, the one in which the first that is not zero is positive
 */
       __pyx_v_scale = (__pyx_v_scale + (((__pyx_v_outer[__pyx_v_best])[__pyx_v_k]) * ((__pyx_v_outer[__pyx_v_best])[__pyx_v_k])));
@@ -18780,17 +18780,17 @@ static PyObject *__pyx_pf_8viapoint_7runtime_10_rotations_2matrix_to_quaternion(
     /* "viapoint/runtime/_rotations.pyx":53
  *         for k in range(4):
  *             scale += outer[best][k] * outer[best][k]
- *         scale = 1.0 / sqrt(scale)             # <<<<<<<<<<<<<<
+ *         scale = sqrt(scale)             # <<<<<<<<<<<<<<
  *         for k in (0, 3, 2, 1):  # of two signs, the one in which the first that is not zero is positive
- *             if fabs(outer[best][k] * scale) >= HALF_TURN:
+ *             if fabs(outer[best][k] / scale) >= HALF_TURN:
 */
-    __pyx_v_scale = (1.0 / sqrt(__pyx_v_scale));
+    __pyx_v_scale = sqrt(__pyx_v_scale);
 
     /* "viapoint/runtime/_rotations.pyx":54
  *             scale += outer[best][k] * outer[best][k]
- *         scale = 1.0 / sqrt(scale)
+ *         scale = sqrt(scale)
  *         for k in (0, 3, 2, 1):  # of two signs, the one in which the first that is not zero is positive             # <<<<<<<<<<<<<<
- *             if fabs(outer[best][k] * scale) >= HALF_TURN:
+ *             if fabs(outer[best][k] / scale) >= HALF_TURN:
  *                 if outer[best][k] < 0.0:
 */
     __pyx_t_1 = __pyx_mstate_global->__pyx_tuple[2]; __Pyx_INCREF(__pyx_t_1);
@@ -18811,20 +18811,20 @@ static PyObject *__pyx_pf_8viapoint_7runtime_10_rotations_2matrix_to_quaternion(
       __pyx_v_k = __pyx_t_20;
 
       /* "viapoint/runtime/_rotations.pyx":55
- *         scale = 1.0 / sqrt(scale)
+ *         scale = sqrt(scale)
  *         for k in (0, 3, 2, 1):  # of two signs, the one in which the first that is not zero is positive
- *             if fabs(outer[best][k] * scale) >= HALF_TURN:             # <<<<<<<<<<<<<<
+ *             if fabs(outer[best][k] / scale) >= HALF_TURN:             # <<<<<<<<<<<<<<
  *                 if outer[best][k] < 0.0:
  *                     scale = -scale
 */
-      __pyx_t_24 = (fabs((((__pyx_v_outer[__pyx_v_best])[__pyx_v_k]) * __pyx_v_scale)) >= __pyx_v_8viapoint_7runtime_10_rotations_HALF_TURN);
+      __pyx_t_24 = (fabs((((__pyx_v_outer[__pyx_v_best])[__pyx_v_k]) / __pyx_v_scale)) >= __pyx_v_8viapoint_7runtime_10_rotations_HALF_TURN);
 
       if (__pyx_t_24) {
 
 
         /* "viapoint/runtime/_rotations.pyx":56
  *         for k in (0, 3, 2, 1):  # of two signs, the one in which the first that is not zero is positive
- *             if fabs(outer[best][k] * scale) >= HALF_TURN:
+ *             if fabs(outer[best][k] / scale) >= HALF_TURN:
  *                 if outer[best][k] < 0.0:             # <<<<<<<<<<<<<<
  *                     scale = -scale
  *                 break
@@ -18835,7 +18835,7 @@ static PyObject *__pyx_pf_8viapoint_7runtime_10_rotations_2matrix_to_quaternion(
 
 
           /* "viapoint/runtime/_rotations.pyx":57
- *             if fabs(outer[best][k] * scale) >= HALF_TURN:
+ *             if fabs(outer[best][k] / scale) >= HALF_TURN:
  *                 if outer[best][k] < 0.0:
  *                     scale = -scale             # <<<<<<<<<<<<<<
  *                 break
@@ -18845,7 +18845,7 @@ static PyObject *__pyx_pf_8viapoint_7runtime_10_rotations_2matrix_to_quaternion(
 
           /* "viapoint/runtime/_rotations.pyx":56
  *         for k in (0, 3, 2, 1):  # of two signs, the one in which the first that is not zero is positive
- *             if fabs(outer[best][k] * scale) >= HALF_TURN:
+ *             if fabs(outer[best][k] / scale) >= HALF_TURN:
  *                 if outer[best][k] < 0.0:             # <<<<<<<<<<<<<<
  *                     scale = -scale
  *                 break
@@ -18857,14 +18857,14 @@ static PyObject *__pyx_pf_8viapoint_7runtime_10_rotations_2matrix_to_quaternion(
  *                     scale = -scale
  *                 break             # <<<<<<<<<<<<<<
  *         for k in range(4):
- *             q[row, k] = outer[best][k] * scale
+ *             q[row, k] = outer[best][k] / scale
 */
         goto __pyx_L13_break;
 
         /* "viapoint/runtime/_rotations.pyx":55
- *         scale = 1.0 / sqrt(scale)
+ *         scale = sqrt(scale)
  *         for k in (0, 3, 2, 1):  # of two signs, the one in which the first that is not zero is positive
- *             if fabs(outer[best][k] * scale) >= HALF_TURN:             # <<<<<<<<<<<<<<
+ *             if fabs(outer[best][k] / scale) >= HALF_TURN:             # <<<<<<<<<<<<<<
  *                 if outer[best][k] < 0.0:
  *                     scale = -scale
 */
@@ -18872,9 +18872,9 @@ static PyObject *__pyx_pf_8viapoint_7runtime_10_rotations_2matrix_to_quaternion(
 
       /* "viapoint/runtime/_rotations.pyx":54
  *             scale += outer[best][k] * outer[best][k]
- *         scale = 1.0 / sqrt(scale)
+ *         scale = sqrt(scale)
  *         for k in (0, 3, 2, 1):  # of two signs, the one in which the first that is not zero is positive             # <<<<<<<<<<<<<<
- *             if fabs(outer[best][k] * scale) >= HALF_TURN:
+ *             if fabs(outer[best][k] / scale) >= HALF_TURN:
  *                 if outer[best][k] < 0.0:
 */
     }
@@ -18889,7 +18889,7 @@ static PyObject *__pyx_pf_8viapoint_7runtime_10_rotations_2matrix_to_quaternion(
  *                     scale = -scale
  *                 break
  *         for k in range(4):             # <<<<<<<<<<<<<<
- *             q[row, k] = outer[best][k] * scale
+ *             q[row, k] = outer[best][k] / scale
  *     return result
 */
     for (__pyx_t_20 = 0; __pyx_t_20 < 4; __pyx_t_20+=1) {
@@ -18898,19 +18898,19 @@ static PyObject *__pyx_pf_8viapoint_7runtime_10_rotations_2matrix_to_quaternion(
       /* "viapoint/runtime/_rotations.pyx":60
  *                 break
  *         for k in range(4):
- *             q[row, k] = outer[best][k] * scale             # <<<<<<<<<<<<<<
+ *             q[row, k] = outer[best][k] / scale             # <<<<<<<<<<<<<<
  *     return result
 */
       __pyx_t_13 = __pyx_v_row;
       __pyx_t_12 = __pyx_v_k;
-      *((double *) ( /* dim=1 */ ((char *) (((double *) ( /* dim=0 */ (__pyx_v_q.data + __pyx_t_13 * __pyx_v_q.strides[0]) )) + __pyx_t_12)) )) = (((__pyx_v_outer[__pyx_v_best])[__pyx_v_k]) * __pyx_v_scale);
+      *((double *) ( /* dim=1 */ ((char *) (((double *) ( /* dim=0 */ (__pyx_v_q.data + __pyx_t_13 * __pyx_v_q.strides[0]) )) + __pyx_t_12)) )) = (((__pyx_v_outer[__pyx_v_best])[__pyx_v_k]) / __pyx_v_scale);
     }
   }
 
 
   /* "viapoint/runtime/_rotations.pyx":61
  *         for k in range(4):
- *             q[row, k] = outer[best][k] * scale
+ *             q[row, k] = outer[best][k] / scale
  *     return result             # <<<<<<<<<<<<<<
 */
   {
@@ -21313,9 +21313,9 @@ static int __Pyx_InitCachedConstants(__pyx_mstatetype *__pyx_mstate) {
 
   /* "viapoint/runtime/_rotations.pyx":54
  *             scale += outer[best][k] * outer[best][k]
- *         scale = 1.0 / sqrt(scale)
+ *         scale = sqrt(scale)
  *         for k in (0, 3, 2, 1):  # of two signs, the one in which the first that is not zero is positive             # <<<<<<<<<<<<<<
- *             if fabs(outer[best][k] * scale) >= HALF_TURN:
+ *             if fabs(outer[best][k] / scale) >= HALF_TURN:
  *                 if outer[best][k] < 0.0:
 */
   {
@@ -21385,30 +21385,30 @@ static int __Pyx_InitConstants(__pyx_mstatetype *__pyx_mstate) {
   CYTHON_UNUSED_VAR(__pyx_mstate);
   {
     const struct { const unsigned int length: 8; } str_length_index[] = {{6},{8},{1},{2},{15},{23},{25},{32},{20},{22},{1},{1},{37},{45},{22},{179},{8},{15},{7},{6},{2},{9},{50},{35},{30},{37},{5},{8},{9},{1},{8},{15},{20},{12},{9},{17},{8},{8},{12},{10},{8},{10},{8},{7},{14},{11},{10},{19},{14},{12},{10},{17},{13},{12},{12},{19},{8},{13},{5},{1},{3},{15},{18},{1},{4},{4},{1},{18},{5},{15},{5},{6},{9},{5},{5},{6},{7},{2},{5},{5},{8},{1},{1},{20},{7},{4},{4},{4},{2},{5},{3},{5},{4},{3},{1},{20},{8},{6},{9},{3},{5},{10},{5},{4},{5},{4},{4},{6},{6},{6},{6},{16},{27},{1},{1},{1},{1}};
-    const struct { const unsigned int length: 10; } bytes_length_index[] = {{1},{368},{627}};
+    const struct { const unsigned int length: 10; } bytes_length_index[] = {{1},{368},{623}};
     #ifndef CYTHON_COMPRESS_STRINGS
       #define CYTHON_COMPRESS_STRINGS 90
     #endif
-    #if (CYTHON_COMPRESS_STRINGS) == 1 /* compression: zlib (1248 bytes) */
-static const char cstring[] = "x\332\315T=o\033G\020\re2q`%\021-\013i\014d)KPc\323\241,\003A`8\240$\032\021\2208\"i\331p\034\340\260w7\244\326:\356\036w\367$\322UJ\226W^y\345\225W\262d\311\222%\177F~Bf\217_\262\023\247\n\220\020 o\2713\363f\346\275\231#T\223o{D\330o\301\321O\313\337\223\047?CG\310\376K\006WD\264\310\023Gp\315\332\201\010\024\241\334%.\223\306\361\303k\306\027\006\245%s\301\275\346L\204\374G\373\373wK\317\247?\034Q\316\205&T)\326\346D\013\"\201\272\017\004\367\372\244\223\025y\211E\236\360K\3521\227t\204\013\367\t\364|\214E\250=g\317\344\335k\t\251%\345{\367I\033\241\026\316\352\234\372\200\251\010\3551E\236\013\rD\237#\023G}}.8\301;\027<f\203\244\0320\233\251\017Q\245q\342\344\264v\372\340\340\273\203\254Z\t\2067ET`;\036\026\n\312\220f\007\314\323\210\256\373>\25029i\221\276\010\010\007\254\013\273\360\321\357z\200>\007N\024hs {Y\317T3\301-\014g\274\2757\247\211]\202\211~F=\005e\352\272\026\372\201#<\317\330\004Wej;.S\324\366\000\270\371m;L\315N.\027\330P\213\006\236&\226%\301\r\034\260,\342\006\031\"\027\374\0016x\311\250\207V\207q\246-KI\347!\336\370\202q\375P\006(v\007\036Zr^\232*\373\375^\220a\033\004\352y\302A\252\010\225\222\366\211K5-\377\215u\306\272\241m&\270*W\233G\047\0475\317c\276b\352\307\352O\317\254\027g\215\347\215&t\003\340\016\230!,\257\346\321\262N\373=\374\036\243\030\326s\350\351\006\264,kN\0306\204\305\033JW\2076h\246\241c.\\\023\203\237V\300\035\363D\223ZD\261\216\217SbN\035\312x\366\024n\340e6N;\263\247IoY\330\266\345\234\203s\241\202\316\354\337\034\305\034\215\334\263S\300}\346\\ B\215/\374.\265\341\303`t\003\352-`\027Z,ON6\201\327.\240g\376\340x,KQ\327J_\236Wq\032\224\351\205)\313\021R\0048\207`\351+\306)\316\307B\n\313\016Z-\234n\325\347\016\023\345\245\243\262m\252\300F\004\307\361L \322\201\353\343\200M\235\013G\340\030\270Y\223\010>{c@\307\327}\224\n\227\017\260\325la@J![\036m+\\\276\016\325\363\025d.\2566\364\214 j\366\363\016\336^\240]2\244N\030Zp\3058N\027.\267\331l\263\321\246g|!t\270\217\350~\037\223b\241 },\307\027~w\025c\020fX\022\332L\341""\255\004\205\363\276\234X)\256\024\366\017\310\330|\025\262q4U \203\022i\004_i\201_\0318\032\005\304\024\201\217\243\014\370\312\010@-\226\241<_\206\017\377\227W\313q\325\353\277\373\345\367\334\0377?)|9h\014.\303F\330\215>\215h\244\343G1\235\346\277\211\272\323\374\315\301g\203 \254\206\365\260\025U\243\372\364\346\255\301\243\201\023\336\301\013\032\006\321q\234\213\213\361n\254\223JRM\316\322\235\224\246\335aa\210\216\237\017\212\203\335\201\nw\320\261\033\025\242f\\\210_$\267\223\203D\245\333\351aj\017\327\206\333\303\303\241;\332\031\331\343\374\370h,\047\365\346\244y69{5y\365z\362\372\315\344\315o+\230\335PG\373\321\213x3>\214\355d-\331N\016\023;\315},\317ff^\233g\312\017\217G7F\373\243\306H\216o\217\367\307\215q\367?\010\314\337\032T\220\357\365\277\362]\231\346\357F\325\217\260\355\206\245\260\022\326\242\315%\333*\331Ih\322M\013is\210\014|1\250\017\3540\207\242\234E%$\251\036A|\020K\344z?i$2\335L\217\347\\\333\243\265Q\351_\n\250\304\325\370,\271\2274\261\347RZIk\303M\35497*\216vGj|\317t<9\255O\352/\047/Q\314_\377O _\rP\305\365A-\334B\005UT\232\256o\204\205\014\2602\335\330B\366\355(\027me\310\2071\215\273\323\365\2572Y\214`70\351Y\\\212\037\047\271\2448\335\370:D\250\2150\267\302C\357\255\014\3531\252e\246\025p7ji1-\031\307|x\030\272Y\242,\240\030\336\013\233\210Y1)t&s1\332\215\272\361\215x?~\225\034%\335\351\306f\3708+\207F*\336\216\253\323;w\263\331\330(\276\227\323\020\003\350Y\230Sr\204z\026\263\221\373\023\014:\270~";
-    PyObject *data = __Pyx_DecompressString(cstring, 1248, 1);
+    #if (CYTHON_COMPRESS_STRINGS) == 1 /* compression: zlib (1245 bytes) */
+static const char cstring[] = "x\332\315T=o\033G\020\re2q`%\021-\013i\014d)KPc\323\241,\003A`8\240$\032\021\2208\"i\331p\034\340\260w7\244\326:\356\036w\367$\322UJ\226W^y\345\225W\262d\311\222%\177F~Bf\217_\262\023\247\n\220\020 o\2713\363f\346\275\231#T\223o{D\330o\301\321O\313\337\223\047?CG\310\376K\006WD\264\310\023Gp\315\332\201\010\024\241\334%.\223\306\361\303k\306\027\006\245%s\301\275\346L\204\374G\373\373wK\317\247?\034Q\316\205&T)\326\346D\013\"\201\272\017\004\367\372\244\223\025y\211E\236\360K\3521\227t\204\013\367\t\364|\214E\250=g\317\344\335k\t\251%\345{\367I\033\241\026\316\352\234\372\200\251\010\3551E\236\013\rD\237#\023G}}.8\301;\027<f\203\244\0320\233\251\017Q\245q\342\344\264v\372\340\340\273\203\254Z\t\2067ET`;\036\026\n\312\220f\007\314\323\210\256\373>\25029i\221\276\010\010\007\254\013\273\360\321\357z\200>\007N\024hs {Y\317T3\301-\014g\274\2757\247\211]\202\211~F=\005e\352\272\026\372\201#<\317\330\004Wej;.S\324\366\000\270\371m;L\315N.\027\330P\213\006\236&\226%\301\r\034\260,\342\006\031\"\027\374\0016x\311\250\207V\207q\246-KI\347!\336\370\202q\375P\006(v\007\036Zr^\232*\373\375^\220a\033\004\352y\302A\252\010\225\222\366\211K5-\377\215u\306\272\241m&\270*W\233G\047\0475\317c\276b\352\307\352O\317\254\027g\215\347\215&t\003\340\016\230!,\257\346\321\262N\373=\374\036\243\030\326s\350\351\006\264,kN\0306\204\305\033JW\2076h\246\241c.\\\023\203\237V\300\035\363D\223ZD\261\216\217SbN\035\312x\366\024n\340e6N;\263\247IoY\330\266\345\234\203s\241\202\316\354\337\034\305\034\215\334\263S\300}\346\\ B\215/\374.\265\341\303`t\003\352-`\027Z,ON6\201\327.\240g\376\340x,KQ\327J_\236Wq\032\224\351\205)\313\021R\0048\207`\351+\306)\316\307B\n\313\016Z-\234n\325\347\016\023\345\245\243\262m\252\300F\004\307\361L \322\201\353\343\200M\235\013G\340\030\270Y\223\010>{c@\307\327}\224\n\227\017\260\325la@J![\036m+\\\276\016\325\363\025d.\2566\364\214 j\366\363\016\336^\240]2\244N\030Zp\3058N\027.\267\331l\263\321\246g|!t\270\217\350~\037\223b\241 },\307\027~w\025c\020fX\022\332L\341""\255\004\205\363\276\234X)\256\024\366\017\310\330|\025\262q4U \203\022i\004_i\201_\0318\032\005\304\024\201\217\243\014\370\312\010@-\226\241<_\206\017\377\227W\313q\325\353\277\373\345\367\334\0377?)|9h\014.\303F\330\215>\215h\244\343G1\235\346\277\211\272\323\374\315\301g\203 \254\206\365\260\025U\243\372\364\346\255\301\243\201\023\336\301\013\032\006\321q\234\213\213\361n\254\223JRM\316\322\235\224\246\335aa\210\216\237\017\212\203\335\201\nw\320\261\033\025\242f\\\210_$\267\223\203D\245\333\351aj\017\327\206\333\303\303\241;\332\031\331\343\374\370h,\047\365\346\244y69{5y\365z\362\372\315\344\315o+\230\335PG\373\321\213x3>\214\355d-\331N\016\023;\315},\317ff^\233g\312\017\217G7F\373\243\306H\216o\217\367\307\215q\367?\010\314\337\032T\220\357\365\277\362]\231\346\357F\325\217\260\355\206\245\260\022\326\242\315%\333*\331Ih\322M\013is\210\014|1\250\017\3540\207\242\234E%$\251\036A|\020K\344z?i$2\335L\217\347\\\333\243\265Q\351_\n\250\304\325\370,\271\2274\261\347RZIk\303M\35497*\216vGj|\317t<9\255O\352/\047/Q\314_\377O _\rP\305\365A-\334B\005UT\232\256o\204\205\014\2602\335\330B\366\355(\027me\310\2071\215\273\323\365\2572Y\214`70\351Y\\\212\037\047\271\2448\335\370:D\250\2150\267\302C\357\255\014\3531\252e\246\025p7ji1-\031\307\274Qw\346\\\014\357\205M\304\253\030x\235I\\\214v\243n|#\336\217_%GIw\272\261\031>\316J\241\221\212\267\343\352\364\316\335l.6\212\357\3453\244\000z\026\346t\034\241\226\305l\334\376\004*\037\266\350";
+    PyObject *data = __Pyx_DecompressString(cstring, 1245, 1);
     #define __Pyx_DecompressString_LZSS_UNUSED
     if (unlikely(!data)) __PYX_ERR(0, 1, __pyx_L1_error)
     const char* const bytes = __Pyx_PyBytes_AsString(data);
     #if !CYTHON_ASSUME_SAFE_MACROS
     if (likely(bytes)); else { Py_DECREF(data); __PYX_ERR(0, 1, __pyx_L1_error) }
     #endif
-    #elif (CYTHON_COMPRESS_STRINGS) > 0 && (CYTHON_COMPRESS_STRINGS) <= 90 /* compression: lzss (1631 bytes) */
-static const char cstring[] = "\377 at 0x o\377bject>.:\377 <Memory\377View of \377<contigu\377ous and gdir%\001\007\rin\021\005\177strided\"\010o or \004\031><(\t\376A\006>?Canno\377t assign\377 to read\177-only m\240\002\375v\242\000Invali\377d mode, \347exp\305\000|\000\047c\047\376t\001\047fortra\237n\047, gH\000%\005s\357hape\222\000 ax\377is Note \373th\207 Cytho\373n \021\000delib\237eratek\000\320\001c\367ter!\001n PE\337P-484\212\"re\376\264!s subcl\366\246\000es\261!buil\373ti\260\000ypes.\377 If you \223ne\224 \303\000p\316\000%\tt\177hen set\200\000\367e \047\357\002atio\377n_typing\355\047\355$iv\242\000o F\377alse.add}_\231 ecoll\266@\376+\000s.abcdi\177sableen\002\001\357gcis\004\003dno\377 default\377 __reduc\277e__ duM\002n\367on-\262@vial\376\033\000cinit__\357src/\017\000poi\337nt/ru\201`me\337/_rot\226\002s.\317pyxua\002\224Aal\367loc\250  arr\377ay data.\360\013\020\360#\302a\237cs.AS\377CIIEllip\377sisHALF_\377TURNRSeq_uence\201\204\001.\206\204\007\337__Pyx\001\000Di\377ct_NextR\317ef__\252$\316\000__\366\377\"__\001\005geti\227tem\r\001d0\001\027\000f\047unc\035\001\030\000s\311\0001\002\347imp\243`3\001mai\275n\003\002odulM\002n\233am\002\003ewT\001\364\000_\177checksuT\000\300\n\001?\004\025\001\255@\324 \037\001unopick?\000En \005\363vt\226A\230\001qual\210O\005\204E\215Fc\375b\277\001\240De\tx\314\001\234`_\203\005\250`\262\006\003\006\356.\007tes\275@_is\377_corouti\377ne_twina\374\235`\241E_buffe\377rasyncio\375. \006sbbase\235b?\000ccl5\001\214 t\377raceback\213co\204`d\340\002Z\000\254\207\003eompty\250@od\362`\373um\254\205\002error\377flagsfor\367mat\374\205\004idin\327dex\215As\000\002iz\367ejk\035\000rix_\367to_\224 tern?ionmem\326\206\001\316\206\001~\373!ndimnp\306 \337pyobj\317\000er=p\214\000popq*\007>\001~F\003regist\202\000\337esult\251\204\006ro\377wscalese\311t\204\205\004\200\207\002s\203\000\206`rt\3360\000psto\001\000ru\363ct\276@\357\000upda\377tevalues\322\205\205\005.\206\205\004\000\r.\223\205\007wx\377yzO\200\001\360\010\000\377\005\016\210R""\210v\220R\377\220q\230\006\230a\230t\377\2403\240a\330\004\037\230\377q\330\004\010\210\007\210u\377\220A\220Q\220f\230A\377\230Q\330\010\013\2103\210\367c\220\024\016\000a\220u\230\377D\240\001\240\021\240%\240\377t\2501\250A\250U\260\377$\260a\260q\270\005\270\376&\000\t\210\021\210%\210s\357\220$\220aU\000\005\230S\377\240\005\240T\250\022\2504\377\250s\260\"\260B\260b\377\270\002\270\"\270B\270d\377\300$\300b\310\004\310C\377\310r\320QS\320SU\377\320UW\320WY\320Y\277[\320[\\\330\010?\005%\377\220t\2302\230T\240\023\377\240B\240b\250\002\250\"?\250B\250b\260\001\027\007Z\013\365\023\032\002\002c\004\004\270D\300\377\003\3002\300R\300r\310\177\022\3102\310R\310q\0006^87\004\013\2101\355 \014\336/\2771\330\004\034\230A\3274d\377\220!\2201\220E\230\023\376\345&s\250$\250a\250q\337\260\005\260S\270\377\000\r\210\337Q\210b\220\001\222@U\230\375!\242 Q\230e\2404\240\375r\351 2\250R\250r\260\367\023\260D\345$b\300\002\300\347!\330\010\000.N\0211\240A\377\240U\250#\250S\260\002\377\260!\2601\260E\270\023\376\343 \001\300\021\300%\300s\373\310#\340!\320PQ\320Q\027V\320V\312@Z`\023\000BY.\373\017\210\374@\014\210E\220\025\377\220a\220s\230!\330\014\357\020\220\005\220\271!1\330\020\377\025\220Q\220b\230\001\230\365\025\303 1\352`a\240q\330\363\014\017\200\205\002\235\205\001\003\2302\230\377U\240!\2405\250\001\250\337\021\330\020\027\220\307`\020\220\247\001\330\010H\005+\000\025G\0025\373\240\001\251\204\002e\2501\250E\367\260\021\260\366 \020\220\004\220\327B\220d\243@1+\003\021\220\177#\220S\230\003\2301_\001\375t\342B\021\230%\230q\240\377\003\2402\240W\250C\250\277q\330\020\023\2205\212\002a\377\230s\240\"\240A\330\024M\034\205\206\002\020\021g\n\201ae\047\000\273\005\230\373A1\240C\376@\021\001\330\357a";
-    PyObject *data = __Pyx_DecompressString_LZSS(cstring, 1631, 2364);
+    #elif (CYTHON_COMPRESS_STRINGS) > 0 && (CYTHON_COMPRESS_STRINGS) <= 90 /* compression: lzss (1626 bytes) */
+static const char cstring[] = "\377 at 0x o\377bject>.:\377 <Memory\377View of \377<contigu\377ous and gdir%\001\007\rin\021\005\177strided\"\010o or \004\031><(\t\376A\006>?Canno\377t assign\377 to read\177-only m\240\002\375v\242\000Invali\377d mode, \347exp\305\000|\000\047c\047\376t\001\047fortra\237n\047, gH\000%\005s\357hape\222\000 ax\377is Note \373th\207 Cytho\373n \021\000delib\237eratek\000\320\001c\367ter!\001n PE\337P-484\212\"re\376\264!s subcl\366\246\000es\261!buil\373ti\260\000ypes.\377 If you \223ne\224 \303\000p\316\000%\tt\177hen set\200\000\367e \047\357\002atio\377n_typing\355\047\355$iv\242\000o F\377alse.add}_\231 ecoll\266@\376+\000s.abcdi\177sableen\002\001\357gcis\004\003dno\377 default\377 __reduc\277e__ duM\002n\367on-\262@vial\376\033\000cinit__\357src/\017\000poi\337nt/ru\201`me\337/_rot\226\002s.\317pyxua\002\224Aal\367loc\250  arr\377ay data.\360\013\020\360#\302a\237cs.AS\377CIIEllip\377sisHALF_\377TURNRSeq_uence\201\204\001.\206\204\007\337__Pyx\001\000Di\377ct_NextR\317ef__\252$\316\000__\366\377\"__\001\005geti\227tem\r\001d0\001\027\000f\047unc\035\001\030\000s\311\0001\002\347imp\243`3\001mai\275n\003\002odulM\002n\233am\002\003ewT\001\364\000_\177checksuT\000\300\n\001?\004\025\001\255@\324 \037\001unopick?\000En \005\363vt\226A\230\001qual\210O\005\204E\215Fc\375b\277\001\240De\tx\314\001\234`_\203\005\250`\262\006\003\006\356.\007tes\275@_is\377_corouti\377ne_twina\374\235`\241E_buffe\377rasyncio\375. \006sbbase\235b?\000ccl5\001\214 t\377raceback\213co\204`d\340\002Z\000\254\207\003eompty\250@od\362`\373um\254\205\002error\377flagsfor\367mat\374\205\004idin\327dex\215As\000\002iz\367ejk\035\000rix_\367to_\224 tern?ionmem\326\206\001\316\206\001~\373!ndimnp\306 \337pyobj\317\000er=p\214\000popq*\007>\001~F\003regist\202\000\337esult\251\204\006ro\377wscalese\311t\204\205\004\200\207\002s\203\000\206`rt\3360\000psto\001\000ru\363ct\276@\357\000upda\377tevalues\322\205\205\005.\206\205\004\000\r.\223\205\007wx\377yzO\200\001\360\010\000\377\005\016\210R""\210v\220R\377\220q\230\006\230a\230t\377\2403\240a\330\004\037\230\377q\330\004\010\210\007\210u\377\220A\220Q\220f\230A\377\230Q\330\010\013\2103\210\367c\220\024\016\000a\220u\230\377D\240\001\240\021\240%\240\377t\2501\250A\250U\260\377$\260a\260q\270\005\270\376&\000\t\210\021\210%\210s\357\220$\220aU\000\005\230S\377\240\005\240T\250\022\2504\377\250s\260\"\260B\260b\377\270\002\270\"\270B\270d\377\300$\300b\310\004\310C\377\310r\320QS\320SU\377\320UW\320WY\320Y\277[\320[\\\330\010?\005%\377\220t\2302\230T\240\023\377\240B\240b\250\002\250\"?\250B\250b\260\001\027\007Z\013\365\023\032\002\002c\004\004\270D\300\377\003\3002\300R\300r\310\177\022\3102\310R\310q\0006^87\004\013\2101\355 \014\336/\2771\330\004\034\230A\3274d\377\220!\2201\220E\230\023\376\345&s\250$\250a\250q\337\260\005\260S\270\377\000\r\210\337Q\210b\220\001\222@U\230\375!\242 Q\230e\2404\240\375r\351 2\250R\250r\260\367\023\260D\345$b\300\002\300\347!\330\010\000.N\0211\240A\377\240U\250#\250S\260\002\377\260!\2601\260E\270\023\376\343 \001\300\021\300%\300s\373\310#\340!\320PQ\320Q\027V\320V\312@Z`\023\000BY.\373\017\210\374@\014\210E\220\025\377\220a\220s\230!\330\014\357\020\220\005\220\271!1\330\020\377\025\220Q\220b\230\001\230\365\025\303 1\352`a\240q\330\363\014\017\200\205\002\235\205\001\003\2302\230\377U\240!\2405\250\001\250\337\021\330\020\027\220\307`\020\220\247\001\330\010H\005+\000\025G\0025\373\240\001\251\204\002e\2501\250Ew\260\021\260\366 \020\220\004\310\205\001\376\047\003\021\220#\220S\230\003\353\2301[\001t\336B\021\230%\377\230q\240\003\2402\240W\377\250C\250q\330\020\023\220\3755\206\002a\230s\240\"\240oA\330\024\034\201\206\002\020\021c\n\332\375Ae\047\000\005\230\367A1\240\rC\372@\021\330\353a";
+    PyObject *data = __Pyx_DecompressString_LZSS(cstring, 1626, 2360);
     #define __Pyx_DecompressString_UNUSED
     if (unlikely(!data)) __PYX_ERR(0, 1, __pyx_L1_error)
     const char* const bytes = __Pyx_PyBytes_AsString(data);
     #if !CYTHON_ASSUME_SAFE_MACROS
     if (likely(bytes)); else { Py_DECREF(data); __PYX_ERR(0, 1, __pyx_L1_error) }
     #endif
-    #else /* compression: none (2364 bytes) */
-static const char bytes[] = " at 0x object>.: <MemoryView of <contiguous and direct><contiguous and indirect><strided and direct or indirect><strided and direct><strided and indirect>>?Cannot assign to read-only memoryviewInvalid mode, expected \047c\047 or \047fortran\047, got Invalid shape in axis Note that Cython is deliberately stricter than PEP-484 and rejects subclasses of builtin types. If you need to pass subclasses then set the \047annotation_typing\047 directive to False.add_notecollections.abcdisableenablegcisenabledno default __reduce__ due to non-trivial __cinit__src/viapoint/runtime/_rotations.pyxunable to allocate array data.unable to allocate shape and strides.ASCIIEllipsisHALF_TURNRSequenceView.MemoryView__Pyx_PyDict_NextRef__annotate____class____class_getitem____dict____func____getstate____import____main____module____name____new____pyx_checksum__pyx_state__pyx_type__pyx_unpickle_Enum__pyx_vtable____qualname____reduce____reduce_cython____reduce_ex____set_name____setstate____setstate_cython____test___is_coroutine_twinaabcallocate_bufferasyncio.coroutinesbbasebestccline_in_tracebackcountdtype_is_objectemptyencodeenumerateerrorflagsformatfortranidindexitemsitemsizejkmatrix_to_quaternionmemviewmodenamendimnpnumpyobjouterpackpopqquaternion_to_matrixregisterresultrotationsrowscalesetdefaultshapesizestartstepstopstructunpackupdatevaluesviapoint.runtimeviapoint.runtime._rotationswxyzO\200\001\360\010\000\005\016\210R\210v\220R\220q\230\006\230a\230t\2403\240a\330\004\037\230q\330\004\010\210\007\210u\220A\220Q\220f\230A\230Q\330\010\013\2103\210c\220\024\220Q\220a\220u\230D\240\001\240\021\240%\240t\2501\250A\250U\260$\260a\260q\270\005\270Q\330\010\t\210\021\210%\210s\220$\220a\220q\230\005\230S\240\005\240T\250\022\2504\250s\260\"\260B\260b\270\002\270\"\270B\270d\300$\300b\310\004\310C\310r\320QS\320SU\320UW\320WY\320Y[\320[\\\330\010\t\210\021\210%\210s\220%\220t\2302\230T\240\023\240B\240b\250\002\250\"\250B\250b\260\001\330\010\t\210\021\210%\210s\220$\220a\220q\230\005\230S\240""\005\240T\250\023\250B\250b\260\002\260\"\260B\260b\270\004\270D\300\003\3002\300R\300r\310\022\3102\310R\310q\330\010\t\210\021\210%\210s\220$\220a\220q\230\005\230S\240\005\240T\250\023\250B\250b\260\002\260\"\260B\260b\270\004\270D\300\003\3002\300R\300r\310\022\3102\310R\310q\330\010\t\210\021\210%\210s\220$\220a\220q\230\005\230S\240\005\240T\250\023\250B\250b\260\002\260\"\260B\260b\270\004\270D\300\003\3002\300R\300r\310\022\3102\310R\310q\330\004\013\2101\200\001\360\014\000\005\016\210R\210v\220R\220q\230\006\230a\230t\2401\330\004\034\230A\330\004\010\210\007\210u\220A\220Q\220f\230A\230Q\330\010\013\2103\210d\220!\2201\220E\230\023\230D\240\001\240\021\240%\240s\250$\250a\250q\260\005\260S\270\001\330\010\r\210Q\210b\220\001\220\024\220U\230!\2302\230Q\230e\2404\240r\250\022\2502\250R\250r\260\023\260D\270\002\270\"\270B\270b\300\002\300!\330\010\r\210Q\210b\220\001\220\024\220U\230!\2302\230Q\230e\2404\240r\250\022\2502\250R\250r\260\023\260D\270\002\270\"\270B\270b\300\002\300!\330\010\r\210Q\210b\220\001\220\024\220U\230!\2302\230Q\230e\2401\240A\240U\250#\250S\260\002\260!\2601\260E\270\023\270D\300\001\300\021\300%\300s\310#\310R\310q\320PQ\320QV\320VY\320YZ\330\010\r\210Q\210b\220\001\220\024\220U\230!\2302\230Q\230e\2401\240A\240U\250#\250S\260\002\260!\2601\260E\270\023\270D\300\001\300\021\300%\300s\310#\310R\310q\320PQ\320QV\320VY\320YZ\330\010\r\210Q\210b\220\001\220\024\220U\230!\2302\230Q\230e\2401\240A\240U\250#\250S\260\002\260!\2601\260E\270\023\270D\300\001\300\021\300%\300s\310#\310R\310q\320PQ\320QV\320VY\320YZ\330\010\017\210q\330\010\014\210E\220\025\220a\220s\230!\330\014\020\220\005\220U\230!\2301\330\020\025\220Q\220b\230\001\230\025\230e\2401\240B\240a\240q\330\014\017\210u\220A\220R\220q\230\003\2302\230U\240!\2405\250\001\250\021\330\020\027\220q\330\010\020\220\001\330\010\014\210E\220\025\220a\220q\330\014\025\220U\230!\2305\240\001\240\023\240B\240e\2501\250E\260\021\260!\330\010\020\220\004\220B\220d\230!\2301\330\010\014""\210E\220\021\220#\220S\230\003\2301\330\014\017\210t\2201\220E\230\021\230%\230q\240\003\2402\240W\250C\250q\330\020\023\2205\230\001\230\025\230a\230s\240\"\240A\330\024\034\230A\230Q\330\020\021\330\010\014\210E\220\025\220a\220q\330\014\r\210Q\210e\2205\230\005\230Q\230e\2401\240C\240r\250\021\330\004\013\2101";
+    #else /* compression: none (2360 bytes) */
+static const char bytes[] = " at 0x object>.: <MemoryView of <contiguous and direct><contiguous and indirect><strided and direct or indirect><strided and direct><strided and indirect>>?Cannot assign to read-only memoryviewInvalid mode, expected \047c\047 or \047fortran\047, got Invalid shape in axis Note that Cython is deliberately stricter than PEP-484 and rejects subclasses of builtin types. If you need to pass subclasses then set the \047annotation_typing\047 directive to False.add_notecollections.abcdisableenablegcisenabledno default __reduce__ due to non-trivial __cinit__src/viapoint/runtime/_rotations.pyxunable to allocate array data.unable to allocate shape and strides.ASCIIEllipsisHALF_TURNRSequenceView.MemoryView__Pyx_PyDict_NextRef__annotate____class____class_getitem____dict____func____getstate____import____main____module____name____new____pyx_checksum__pyx_state__pyx_type__pyx_unpickle_Enum__pyx_vtable____qualname____reduce____reduce_cython____reduce_ex____set_name____setstate____setstate_cython____test___is_coroutine_twinaabcallocate_bufferasyncio.coroutinesbbasebestccline_in_tracebackcountdtype_is_objectemptyencodeenumerateerrorflagsformatfortranidindexitemsitemsizejkmatrix_to_quaternionmemviewmodenamendimnpnumpyobjouterpackpopqquaternion_to_matrixregisterresultrotationsrowscalesetdefaultshapesizestartstepstopstructunpackupdatevaluesviapoint.runtimeviapoint.runtime._rotationswxyzO\200\001\360\010\000\005\016\210R\210v\220R\220q\230\006\230a\230t\2403\240a\330\004\037\230q\330\004\010\210\007\210u\220A\220Q\220f\230A\230Q\330\010\013\2103\210c\220\024\220Q\220a\220u\230D\240\001\240\021\240%\240t\2501\250A\250U\260$\260a\260q\270\005\270Q\330\010\t\210\021\210%\210s\220$\220a\220q\230\005\230S\240\005\240T\250\022\2504\250s\260\"\260B\260b\270\002\270\"\270B\270d\300$\300b\310\004\310C\310r\320QS\320SU\320UW\320WY\320Y[\320[\\\330\010\t\210\021\210%\210s\220%\220t\2302\230T\240\023\240B\240b\250\002\250\"\250B\250b\260\001\330\010\t\210\021\210%\210s\220$\220a\220q\230\005\230S\240""\005\240T\250\023\250B\250b\260\002\260\"\260B\260b\270\004\270D\300\003\3002\300R\300r\310\022\3102\310R\310q\330\010\t\210\021\210%\210s\220$\220a\220q\230\005\230S\240\005\240T\250\023\250B\250b\260\002\260\"\260B\260b\270\004\270D\300\003\3002\300R\300r\310\022\3102\310R\310q\330\010\t\210\021\210%\210s\220$\220a\220q\230\005\230S\240\005\240T\250\023\250B\250b\260\002\260\"\260B\260b\270\004\270D\300\003\3002\300R\300r\310\022\3102\310R\310q\330\004\013\2101\200\001\360\014\000\005\016\210R\210v\220R\220q\230\006\230a\230t\2401\330\004\034\230A\330\004\010\210\007\210u\220A\220Q\220f\230A\230Q\330\010\013\2103\210d\220!\2201\220E\230\023\230D\240\001\240\021\240%\240s\250$\250a\250q\260\005\260S\270\001\330\010\r\210Q\210b\220\001\220\024\220U\230!\2302\230Q\230e\2404\240r\250\022\2502\250R\250r\260\023\260D\270\002\270\"\270B\270b\300\002\300!\330\010\r\210Q\210b\220\001\220\024\220U\230!\2302\230Q\230e\2404\240r\250\022\2502\250R\250r\260\023\260D\270\002\270\"\270B\270b\300\002\300!\330\010\r\210Q\210b\220\001\220\024\220U\230!\2302\230Q\230e\2401\240A\240U\250#\250S\260\002\260!\2601\260E\270\023\270D\300\001\300\021\300%\300s\310#\310R\310q\320PQ\320QV\320VY\320YZ\330\010\r\210Q\210b\220\001\220\024\220U\230!\2302\230Q\230e\2401\240A\240U\250#\250S\260\002\260!\2601\260E\270\023\270D\300\001\300\021\300%\300s\310#\310R\310q\320PQ\320QV\320VY\320YZ\330\010\r\210Q\210b\220\001\220\024\220U\230!\2302\230Q\230e\2401\240A\240U\250#\250S\260\002\260!\2601\260E\270\023\270D\300\001\300\021\300%\300s\310#\310R\310q\320PQ\320QV\320VY\320YZ\330\010\017\210q\330\010\014\210E\220\025\220a\220s\230!\330\014\020\220\005\220U\230!\2301\330\020\025\220Q\220b\230\001\230\025\230e\2401\240B\240a\240q\330\014\017\210u\220A\220R\220q\230\003\2302\230U\240!\2405\250\001\250\021\330\020\027\220q\330\010\020\220\001\330\010\014\210E\220\025\220a\220q\330\014\025\220U\230!\2305\240\001\240\023\240B\240e\2501\250E\260\021\260!\330\010\020\220\004\220A\220Q\330\010\014\210E\220""\021\220#\220S\230\003\2301\330\014\017\210t\2201\220E\230\021\230%\230q\240\003\2402\240W\250C\250q\330\020\023\2205\230\001\230\025\230a\230s\240\"\240A\330\024\034\230A\230Q\330\020\021\330\010\014\210E\220\025\220a\220q\330\014\r\210Q\210e\2205\230\005\230Q\230e\2401\240C\240r\250\021\330\004\013\2101";
     PyObject *data = NULL;
     #define __Pyx_DecompressString_UNUSED
     #define __Pyx_DecompressString_LZSS_UNUSED

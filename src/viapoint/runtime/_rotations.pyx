@@ -50,12 +50,12 @@ def matrix_to_quaternion(const double[:, :, ::1] R):
         scale = 0.0
         for k in range(4):
             scale += outer[best][k] * outer[best][k]
-        scale = 1.0 / sqrt(scale)
+        scale = sqrt(scale)
         for k in (0, 3, 2, 1):  # of two signs, the one in which the first that is not zero is positive
-            if fabs(outer[best][k] * scale) >= HALF_TURN:
+            if fabs(outer[best][k] / scale) >= HALF_TURN:
                 if outer[best][k] < 0.0:
                     scale = -scale
                 break
         for k in range(4):
-            q[row, k] = outer[best][k] * scale
+            q[row, k] = outer[best][k] / scale
     return result

@@ -49,9 +49,11 @@ def integrals(const double[:, :, ::1] rates, const double[::1] widths):
     for cell in range(rates.shape[0]):
         for k in range(NODES):
             for n in range(NODES):
-                factor = INTEGRATE[k, n] * 0.5 * widths[cell]
+                factor = INTEGRATE[k, n]
                 for j in range(axes):
                     values[cell, k, j] += factor * rates[cell, n, j]
+            for j in range(axes):
+                values[cell, k, j] *= 0.5 * widths[cell]
     return result
 
 

@@ -9,7 +9,6 @@ numpy twin of `_axes`.
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -33,9 +32,6 @@ _CORE: Final = "kernel._axes"
 _ORDERS: Final = 4
 """A function and the derivatives that the time law asks for."""
 
-_LONG_RUN: Final = 8
-"""Places in a row in one cell from which a product of its own is quicker than gathering coefficients."""
-
 _FIRST_CAPACITY: Final = 64
 
 
@@ -49,17 +45,6 @@ def _interpolation_matrix(degree: int) -> Floats:
     matrix = 2.0 / degree * np.cos(np.pi * np.outer(k, degree - k) / degree)
     matrix[:, [0, -1]] *= 0.5
     matrix[[0, -1], :] *= 0.5
-    return matrix
-
-
-def _derivative_matrix(degree: int) -> Floats:
-    """Chebyshev coefficients of f to those of f' on [-1, 1]."""
-    matrix = np.zeros((degree + 1, degree + 1))
-    for column in range(degree + 1):
-        unit = np.zeros(degree + 1)
-        unit[column] = 1.0
-        derivative = np.polynomial.chebyshev.chebder(unit)
-        matrix[: len(derivative), column] = derivative if column else 0.0
     return matrix
 
 
@@ -77,7 +62,6 @@ NODES: Final = 0.5 * (_lobatto(DEGREE) + 1.0)
 """Interpolation points in a cell, 0 … 1, ends included."""
 
 TO_COEFFICIENTS: Final = _interpolation_matrix(DEGREE)
-_DERIVE: Final = _derivative_matrix(DEGREE)
 INTEGRATE: Final = _integration_matrix(DEGREE)
 
 
@@ -95,28 +79,38 @@ def unrounded_coefficients(values: Floats) -> Floats:
     """As `coefficients`, of values that may be tiny."""
     if (core := chosen(_CORE)) is not None:
         return np.asarray(core.coefficients(np.ascontiguousarray(values), False))
-    result: Floats = np.einsum("kn,cnm->ckm", TO_COEFFICIENTS, values, optimize=False)
-    return result
+    return _weighed(TO_COEFFICIENTS, values)
 
 
 def integrals(rates: Floats, widths: Floats) -> Floats:
     """Integrals (C, D+1, m) from each cell's start up to its `NODES`, of functions given there."""
     if (core := chosen(_CORE)) is not None:
         return np.asarray(core.integrals(np.ascontiguousarray(rates), widths))
-    result: Floats = np.einsum("kn,cnm->ckm", INTEGRATE, rates, optimize=False)
-    return result * (0.5 * widths)[:, None, None]
+    return _weighed(INTEGRATE, rates) * (0.5 * widths)[:, None, None]
+
+
+def _weighed(weights: Floats, values: Floats) -> Floats:
+    """Sums (C, K, m) of values (C, N, m) with weights (K, N), in the order of the compiled module's."""
+    result = weights[:, 0, None] * values[:, None, 0]
+    for n in range(1, values.shape[1]):
+        result += weights[:, n, None] * values[:, None, n]
+    return np.asarray(result)
 
 
 def derived(coeffs: Floats, widths: Floats) -> Floats:
     """Coefficients (C, D+1, m) to those of the function and its first three derivatives, (C, 4, D+1, m)."""
     if (core := chosen(_CORE)) is not None:
         return np.asarray(core.derived(np.ascontiguousarray(coeffs), widths))
-    table = np.empty((len(coeffs), _ORDERS, *coeffs.shape[1:]))
-    table[:, 0] = coeffs
+    table = np.zeros((len(coeffs), _ORDERS, DEGREE + 2, coeffs.shape[2]))
+    table[:, 0, :-1] = coeffs
     scale = (2.0 / widths)[:, None, None]
     for order in range(1, _ORDERS):
-        table[:, order] = scale * np.einsum("kn,cnm->ckm", _DERIVE, table[:, order - 1], optimize=False)
-    return table
+        low, high = table[:, order - 1], table[:, order]
+        for k in range(DEGREE, 0, -1):
+            high[:, k - 1] = 2.0 * k * low[:, k] + high[:, k + 1]
+        high[:, 0] *= 0.5
+        high *= scale
+    return table[:, :, :-1]
 
 
 def residual(coeffs: Floats) -> Floats:
@@ -177,29 +171,31 @@ class Cells:
         if (core := chosen(_CORE)) is not None:
             found: list[Floats] = core.evaluate(starts, widths, table, np.ascontiguousarray(s), orders)
             return found
-        cell = (np.searchsorted(starts, s, side="right") - 1).clip(0, len(starts) - 1)
-        basis = _polynomials((2.0 * (s - starts[cell]) / widths[cell] - 1.0).clip(-1.0, 1.0))
-        return [_sums(basis, table[:, order], cell) for order in orders]
+        cell = np.minimum(np.maximum(np.searchsorted(starts, s, side="right") - 1, 0), len(starts) - 1)
+        x = np.minimum(np.maximum(2.0 * (s - starts[cell]) / widths[cell] - 1.0, -1.0), 1.0)
+        return _sums(_polynomials(x), [table[:, order] for order in orders], cell)
 
 
-def _sums(basis: Floats, table: Floats, cell: Ints) -> Floats:
-    """Polynomials (N, D+1) times the coefficients (C, D+1, m) of each place's cell (N,): (N, m)."""
-    ends = np.flatnonzero(np.diff(cell)) + 1
-    if len(cell) < _LONG_RUN * (len(ends) + 1):
-        gathered: Floats = np.matmul(basis[:, None, :], table[cell])[:, 0]
-        return gathered
-    result = np.empty((len(cell), table.shape[2]))
-    for first, last in pairwise((0, *ends.tolist(), len(cell))):
-        np.matmul(basis[first:last], table[cell[first]], out=result[first:last])
-    return result
+def _sums(basis: Floats, tables: list[Floats], cell: Ints) -> list[Floats]:
+    """Polynomials (D+1, N) times the coefficients (C, D+1, m) of each place's cell (N,): (N, m) a table.
+
+    In the order of the compiled module's sums, and not as matrix products: those round otherwise.
+    """
+    results = []
+    for table in tables:
+        total = table[cell, 0]
+        for k in range(1, DEGREE + 1):
+            total += basis[k, :, None] * table[cell, k]
+        results.append(total)
+    return results
 
 
 def _polynomials(x: Floats) -> Floats:
-    """Chebyshev polynomials T₀ … T_D at x (N,): (N, D+1), by their recurrence."""
+    """Chebyshev polynomials T₀ … T_D at x (N,): (D+1, N), by their recurrence."""
     basis = np.empty((DEGREE + 1, len(x)))
     basis[0], basis[1] = 1.0, x
     twice = 2.0 * x
     for k in range(2, DEGREE + 1):
         np.multiply(twice, basis[k - 1], out=basis[k])
         basis[k] -= basis[k - 2]
-    return basis.T
+    return basis

@@ -175,34 +175,35 @@ class Route:
         """Queue a piece; pieces in one configuration are compiled together."""
         motion = self._motions[piece.tag]
         stretch = Stretch(piece, motion.X_tool_flange, motion.line, self._path_limits(piece, following))
-        if piece.space is Space.JOINT:
-            self._compile()
-            self._configuration = None
-        elif self._configuration is None:
-            self._compile()
-            self._configuration = self._enter(stretch, motion)
+        if piece.space is Space.POSE:
+            if self._waiting and self._waiting[-1][0].curve.space is Space.JOINT:
+                self._compile()
+            if self._configuration is None:
+                self._compile()
+                self._configuration = self._enter(stretch, motion)
         self._waiting.append((stretch, motion))
         self._before = piece
         if piece.stop:
             self._compile()
             self.stop_here()
-        elif piece.space is Space.JOINT:
-            self._compile()
 
     def _compile(self) -> None:
         """Compile the queued pieces: together if they are ordinary, else one after the other."""
         waiting, self._waiting = self._waiting, []
-        done = 0
+        if not waiting:
+            return
+        stretches, done = [stretch for stretch, _ in waiting], 0
         try:
-            for cells in self.axes.compile([stretch for stretch, _ in waiting], self._configuration or 0):
+            fitted = self.axes.compile(stretches, self._configuration or 0)
+            for start in self.axes.extend(stretches, fitted, at_rest=self.end <= self.stops[-1]):
                 stretch, motion = waiting[done]
-                start = self.end
-                self.axes.append(stretch, cells, at_rest=start <= self.stops[-1])
                 self._note(start, motion, stretch)
                 done += 1
         except (NearSingular, JointJump, OutOfReach):
             for stretch, motion in waiting[done:]:
                 self._follow(stretch, motion)
+        if stretches[-1].curve.space is Space.JOINT:
+            self._configuration = None
 
     def _follow(self, stretch: Stretch, motion: _Planned) -> None:
         """Compile one piece, through or past singular poses. Where nothing continuous leads on from one, the
@@ -211,6 +212,7 @@ class Route:
         posed = stretch.curve.space is Space.POSE
         if posed and self._configuration is None:
             self._configuration = self._enter(stretch, motion)
+        start = self.end
         try:
             division = self._divided(stretch)
         except JointJump as jump:
@@ -218,13 +220,12 @@ class Route:
                 raise
             self.stop_here()
             self._configuration = self._enter(stretch, motion)
+            start = self.end
             division = self._divided(stretch)
-        start = self.end - sum(span.length for span in division.spans)
         self._note(start, motion, stretch)
         if division.stop_before and start > self.stops[-1]:
             self.stops.append(start)
-        if posed:
-            self._configuration = division.configuration
+        self._configuration = division.configuration if posed else None
         if division.stop_after:
             self.stop_here()
 

@@ -1,12 +1,13 @@
 """From spans of path to values at nodes: poses, inverse kinematics, lengths. Stateless.
 
-One batch of inverse kinematics serves the nodes of many cells, since numpy's cost per call would
-otherwise outweigh the arithmetic.
+One batch serves the nodes of many cells, since a call would otherwise outweigh the arithmetic.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -14,10 +15,11 @@ import numpy as np
 from viapoint.runtime.kernel.chebyshev import NODES, integrals
 from viapoint.runtime.kernel.failure import OutOfReach
 from viapoint.runtime.kernel.spans import Span
-from viapoint.runtime.kernel.stretch import Stretch
-from viapoint.runtime.path import Space
+from viapoint.runtime.kernel.stretch import PathLimits, Stretch, flange_poses
+from viapoint.runtime.path import PoseSegment, Space, sample_segments
 from viapoint.runtime.records import Bools, Floats
 from viapoint.runtime.robots import Robot
+from viapoint.runtime.rotations import invert_pose
 
 
 class NearSingular(Exception):
@@ -48,78 +50,126 @@ def sample(
 ) -> Floats:
     """Values (C, D+1, n+k+4) of joints, auxiliary axes and lengths at the nodes of cells, in order of spans.
 
-    `stretches` says which stretch each span belongs to. Joints are continuous within each cell and lengths
-    count from its start; cells are chained by the caller. Raises OutOfReach where a pose is,
+    `stretches` says which stretch each span belongs to; they share a tool. Joints are continuous within each
+    cell and lengths count from its start; cells are chained by the caller. Raises OutOfReach where a pose is,
     NearSingular where a joint is free that no bearing of the span decides.
     """
-    groups = [_Nodes(stretches[k], spans[k], group) for k, group in _grouped(cells)]
+    widths = np.array([cell.width for cell in cells])
+    groups = list(_groups(stretches, spans, cells, widths))
     shape = (len(cells), len(NODES), -1)
-    q = np.concatenate(_joints(robot, groups, reference)).reshape(shape)
-    turning = np.flatnonzero(~robot.prismatic)
-    q[:, :, turning] = np.unwrap(q[:, :, turning], axis=1)
-    rates = np.concatenate([g.stretch.rates(g.w) * g.rate[:, None] for g in groups]).reshape(shape)
-    lengths = integrals(rates, np.array([cell.width for cell in cells]))
-    if stretches[0].curve.segment.auxiliary is None:
-        return np.concatenate((q, lengths), axis=2)
+    q = np.empty((len(cells) * len(NODES), robot.joint_count))
+    rates = np.empty((len(q), 2))
+    for sampled in (_given, _guided, _ordinary):
+        sampled(robot, groups, reference, q, rates)
+    rates *= np.concatenate([group.rate for group in groups])[:, None]
+    lengths = integrals(np.concatenate((_limited(groups, rates), rates), axis=1).reshape(shape), widths)
+    if groups[0].stretch.curve.segment.auxiliary is None:
+        return np.concatenate((_unwrapped(robot, q.reshape(shape)), lengths), axis=2)
     auxiliary = np.concatenate([g.stretch.curve.auxiliary(g.w) for g in groups]).reshape(shape)
-    return np.concatenate((q, auxiliary, lengths), axis=2)
+    return np.concatenate((_unwrapped(robot, q.reshape(shape)), auxiliary, lengths), axis=2)
 
 
-def _grouped(cells: Sequence[Cell]) -> list[tuple[int, list[Cell]]]:
-    groups: dict[int, list[Cell]] = {}
-    for cell in cells:
-        groups.setdefault(cell.span, []).append(cell)
-    return list(groups.items())
+@dataclass(frozen=True, slots=True)
+class _Group:
+    """The nodes of the cells of one span: their rows among all, places w, x and dw/du there, (N,) each."""
+
+    stretch: Stretch
+    span: Span
+    rows: slice
+    w: Floats
+    x: Floats
+    rate: Floats
+
+    @property
+    def given(self) -> bool:
+        """Whether the joints are."""
+        return self.stretch.curve.space is Space.JOINT
 
 
-class _Nodes:
-    """The nodes of some cells of one span: places w, x and dw/du there, (N,) each."""
+def _groups(
+    stretches: Sequence[Stretch], spans: Sequence[Span], cells: Sequence[Cell], widths: Floats
+) -> Iterator[_Group]:
+    starts = np.array([cell.start for cell in cells])
+    u = (starts[:, None] + widths[:, None] * NODES).ravel()
+    first = 0
+    for number, group in groupby(cells, key=lambda cell: cell.span):
+        last = first + len(NODES) * len(list(group))
+        yield _Group(
+            stretches[number], spans[number], slice(first, last), *spans[number].places(u[first:last])
+        )
+        first = last
 
-    def __init__(self, stretch: Stretch, span: Span, cells: Sequence[Cell]) -> None:
-        self.stretch = stretch
-        self.span = span
-        starts = np.array([c.start for c in cells])
-        widths = np.array([c.width for c in cells])
-        self.w, self.x, self.rate = span.places((starts[:, None] + widths[:, None] * NODES).ravel())
+
+def _given(robot: Robot, groups: Sequence[_Group], reference: Floats, q: Floats, rates: Floats) -> None:
+    """Joints and TCP rates where the joints are given: the rates are those of the Jacobian."""
+    given = [group for group in groups if group.given]
+    if not given:
+        return
+    joints = np.concatenate([group.stretch.curve.joints(group.w) for group in given])
+    speeds = np.concatenate([group.stretch.curve.joint_rates(group.w) for group in given])
+    twist = (robot.jacobian(joints) @ speeds[:, :, None])[:, :, 0]
+    lever = robot.fk(joints)[:, :3, :3] @ invert_pose(given[0].stretch.X_tool_flange)[:3, 3]
+    linear = twist[:, :3] + np.cross(twist[:, 3:], lever)
+    sizes = np.sqrt(np.stack(((linear * linear).sum(axis=1), (twist[:, 3:] ** 2).sum(axis=1)), axis=1))
+    first = 0
+    for group in given:
+        last = first + len(group.w)
+        q[group.rows], rates[group.rows] = joints[first:last], sizes[first:last]
+        first = last
 
 
-def _joints(robot: Robot, groups: Sequence[_Nodes], reference: Floats) -> list[Floats]:
-    """Joints (N, n) at the nodes of each group; those of ordinary spans from one batch."""
-    found: list[Floats | None] = [None] * len(groups)
-    ordinary = []
-    for k, group in enumerate(groups):
-        if group.stretch.curve.space is Space.JOINT:
-            found[k] = group.stretch.curve.joints(group.w)
-        elif group.span.bearings:
-            q, reachable, _ = group.span.joints(robot, group.w, group.x, reference)
+def _guided(robot: Robot, groups: Sequence[_Group], reference: Floats, q: Floats, rates: Floats) -> None:
+    """Joints and rates where bearings decide about free joints."""
+    for group in groups:
+        if group.span.bearings:
+            q[group.rows], reachable, _ = group.span.joints(robot, group.w, group.x, reference)
             _require_reach(group, reachable)
-            found[k] = q
-        else:
-            ordinary.append(k)
-    if ordinary:
-        together = _ordinary_joints(robot, [groups[k] for k in ordinary], reference)
-        for k, q in zip(ordinary, together, strict=True):
-            found[k] = q
-    return [q for q in found if q is not None]
+            rates[group.rows] = np.stack(group.stretch.curve.rates(group.w), axis=1)
 
 
-def _ordinary_joints(robot: Robot, groups: Sequence[_Nodes], reference: Floats) -> list[Floats]:
-    X = np.concatenate([g.stretch.flange_poses(g.w) for g in groups])
-    counts = [len(g.w) for g in groups]
-    configurations = [g.span.configuration for g in groups]
+def _ordinary(robot: Robot, groups: Sequence[_Group], reference: Floats, q: Floats, rates: Floats) -> None:
+    """Joints and rates of all other paths, in one batch."""
+    chosen = [group for group in groups if not (group.given or group.span.bearings)]
+    if not chosen:
+        return
+    pieces = [group.stretch.curve for group in chosen]
+    segments = [piece.segment for piece in pieces if isinstance(piece.segment, PoseSegment)]
+    counts = [len(group.w) for group in chosen]
+    w = np.concatenate([piece.begin + group.w for piece, group in zip(pieces, chosen, strict=True)])
+    poses, speeds = sample_segments(segments, counts, w)
+    X = flange_poses(poses, chosen[0].stretch.X_tool_flange)
+    configurations = [group.span.configuration for group in chosen]
     one = len(set(configurations)) == 1
-    q, reachable = robot.ik_branch(
-        X, configurations[0] if one else np.repeat(configurations, counts), reference
-    )
-    ends = np.cumsum(counts)[:-1]
-    for group, inside in zip(groups, np.split(reachable, ends), strict=True):
-        _require_reach(group, inside)
-    if robot.kinematics.free_joint(X, q).any():
+    configuration = configurations[0] if one else np.repeat(configurations, counts)
+    found, reachable = robot.ik_branch(X, configuration, reference)
+    first = 0
+    for group in chosen:
+        last = first + len(group.w)
+        _require_reach(group, reachable[first:last])
+        q[group.rows], rates[group.rows] = found[first:last], speeds[first:last]
+        first = last
+    if robot.kinematics.free_joint(X, found).any():
         raise NearSingular
-    return np.split(q, ends)
 
 
-def _require_reach(group: _Nodes, reachable: Bools) -> None:
+def _limited(groups: Sequence[_Group], rates: Floats) -> Floats:
+    """The rates (N, 2) as far as path limits apply to them."""
+    limited = rates.copy()
+    for group in groups:
+        if group.stretch.limits is not PathLimits.APPLY:
+            limited[group.rows] *= group.stretch.limited_share(group.w)[:, None]
+    return limited
+
+
+def _unwrapped(robot: Robot, q: Floats) -> Floats:
+    """Joints (C, D+1, n) without jumps of full turns inside the cells."""
+    if np.abs(q[:, 1:] - q[:, :-1]).max() > np.pi:
+        turning = np.flatnonzero(~robot.prismatic)
+        q[:, :, turning] = np.unwrap(q[:, :, turning], axis=1)
+    return q
+
+
+def _require_reach(group: _Group, reachable: Bools) -> None:
     if not reachable.all():
         raise out_of_reach(group.stretch, float(group.w[np.argmin(reachable)]))
 

@@ -86,7 +86,7 @@ class Span:
         else:
             x = self.warp.place(u + self.warp.parameter(np.array([offset])))
             rate = self.warp.rate(x)
-        return np.clip(self.centre + x, 0.0, self.path.length), x, rate
+        return np.minimum(np.maximum(self.centre + x, 0.0), self.path.length), x, rate
 
     def joints(self, robot: Robot, w: Floats, x: Floats, reference: Floats) -> tuple[Floats, Bools, Floats]:
         """Joints (N, n), reachable (N,) and flange poses at places w, x (N,); turns nearest to reference."""

@@ -45,12 +45,16 @@ class FlangePath:
 
     def flange_poses(self, w: Floats) -> Floats:
         """X_base_flange (N, 4, 4) at w (N,)."""
-        position, quaternion = self.curve.poses(w)
-        X = np.zeros((len(w), 4, 4))
-        X[:, :3, :3] = quaternion_to_matrix(quaternion)
-        X[:, :3, 3] = position
-        X[:, 3, 3] = 1.0
-        return np.asarray(X @ self.X_tool_flange)
+        return flange_poses(self.curve.poses(w), self.X_tool_flange)
+
+
+def flange_poses(tcp: Poses, X_tool_flange: Floats) -> Floats:
+    """X_base_flange (N, 4, 4) of poses of the TCP."""
+    X = np.zeros((len(tcp.position), 4, 4))
+    X[:, :3, :3] = quaternion_to_matrix(tcp.quaternion)
+    X[:, :3, 3] = tcp.position
+    X[:, 3, 3] = 1.0
+    return (X.reshape(-1, 4) @ X_tool_flange).reshape(-1, 4, 4)
 
 
 @dataclass(frozen=True)
@@ -65,21 +69,19 @@ class Stretch(FlangePath):
     line: int
     limits: PathLimits
 
-    def rates(self, w: Floats) -> Floats:
-        """(N, 4): limited TCP length and angle, travelled TCP length and angle, per parameter at w (N,)."""
-        travelled = np.stack(self.curve.rates(w), axis=1)
+    def limited_share(self, w: Floats) -> Floats:
+        """How far path limits apply at w (N,): (N,) from 0 to 1."""
         match self.limits:
             case PathLimits.APPLY:
-                limited = travelled
+                return np.ones_like(w)
             case PathLimits.FREE:
-                limited = np.zeros_like(travelled)
+                return np.zeros_like(w)
             case PathLimits.RAMP_IN:
-                limited = travelled * _smooth_step(w / self.length)[:, None]
+                return _smooth_step(w / self.length)
             case PathLimits.RAMP_OUT:
-                limited = travelled * _smooth_step(1.0 - w / self.length)[:, None]
+                return _smooth_step(1.0 - w / self.length)
             case _:
                 assert_never(self.limits)
-        return np.concatenate((limited, travelled), axis=1)
 
 
 def _smooth_step(u: Floats) -> Floats:

@@ -5,6 +5,8 @@ from viapoint.runtime.path.corners import Reason
 from viapoint.runtime.path.errors import GeometryError
 from viapoint.runtime.path.moves import Corner, Move, MoveKind, Pose, Poses, Space
 from viapoint.runtime.path.piece import Piece
+from viapoint.runtime.path.segments import PoseSegment
+from viapoint.runtime.path.segments import sample as sample_segments
 from viapoint.runtime.path.shapes import auxiliary_alone, end_pose
 from viapoint.runtime.path.splines import programmed
 
@@ -17,6 +19,7 @@ __all__ = [
     "MoveKind",
     "Piece",
     "Pose",
+    "PoseSegment",
     "Poses",
     "Reason",
     "Space",
@@ -24,4 +27,5 @@ __all__ = [
     "auxiliary_alone",
     "end_pose",
     "programmed",
+    "sample_segments",
 ]

@@ -1,58 +1,29 @@
-"""Bernstein form of polynomials: evaluation, derivatives, Hermite data to control points.
-
-All terms of the Bernstein form are positive on 0 … 1, so it is as stable as De Casteljau's algorithm
-(F 5-26…28) and one matrix product for a whole batch.
-"""
+"""Bernstein form of polynomials: evaluation, derivatives, Hermite data to control points."""
 
 from __future__ import annotations
-
-from math import comb
 
 import numpy as np
 
 from viapoint.runtime.path.moves import Floats
 
-_BINOMIALS = [np.array([comb(n, k) for k in range(n + 1)], dtype=np.float64) for n in range(6)]
 
+def bezier(controls: Floats, t: Floats) -> tuple[Floats, Floats, Floats]:
+    """Control points (degree + 1, d), t (N,) → value, first and second derivative by t, (N, d) each.
 
-def bernstein(degree: int, t: Floats) -> Floats:
-    """(N,) → (N, degree + 1): the Bernstein polynomials at t."""
-    rest = 1.0 - t
-    basis = np.empty((degree + 1, len(t)))
-    power = np.ones_like(t)
-    for k in range(degree + 1):
-        basis[k] = power
-        power = power * t
-    power = rest
-    for k in range(degree - 1, -1, -1):
-        basis[k] *= power
-        power = power * rest
-    basis *= _BINOMIALS[degree][:, None]
-    return basis.T
-
-
-def bezier(controls: Floats, t: Floats) -> Floats:
-    """Control points (degree + 1, d), t (N,) → (N, d); F 5-25, 5-29 for degree 3 and 4."""
-    return bernstein(len(controls) - 1, t) @ controls
-
-
-def bezier_derivatives(controls: Floats, t: float) -> tuple[Floats, Floats, Floats]:
-    """Value, first and second derivative by t at one t, by De Casteljau's algorithm (F 5-26…28).
-
-    The last levels but one and two hold the derivatives. Degree 2 or more.
+    By De Casteljau's algorithm (F 5-26…28), whose last levels but one and two hold the derivatives. Degree 2
+    or more.
     """
     degree = len(controls) - 1
-    points, levels = controls, []
-    for _ in range(degree):
-        levels.append(points)
-        points = points[:-1] + t * (points[1:] - points[:-1])
-    (b0, b1), (c0, c1, c2) = levels[-1], levels[-2]
-    return points[0], degree * (b1 - b0), degree * (degree - 1) * (c2 - 2.0 * c1 + c0)
-
-
-def differences(controls: Floats) -> Floats:
-    """Control points of the derivative with respect to t (F 5-34)."""
-    return (len(controls) - 1) * (controls[1:] - controls[:-1])
+    points, share = controls[:, None], t[:, None]
+    first = second = points
+    for level in range(degree, 0, -1):
+        steps = points[1:] - points[:-1]
+        if level == 2:
+            second = degree * (degree - 1) * (points[2] - 2.0 * points[1] + points[0])
+        if level == 1:
+            first = degree * steps[0]
+        points = points[:-1] + share * steps
+    return points[0], first, np.broadcast_to(second, first.shape)
 
 
 def hermite_controls(

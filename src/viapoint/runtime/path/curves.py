@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from viapoint.runtime.path.bezier import bezier, bezier_derivatives, differences, hermite_controls
+from viapoint.runtime.path.bezier import bezier, hermite_controls
 from viapoint.runtime.path.moves import Floats
 
 Derivatives = tuple[Floats, Floats, Floats]
@@ -67,7 +67,7 @@ class Arc:
 
     def accelerations(self, w: Floats) -> Floats:
         """(N,) → (N, 3) d²p/dw², 1/m."""
-        return (self.center - self.points(w)) / self.radius**2
+        return (self.center - self.points(w)) / (self.radius * self.radius)
 
     def derivatives(self, w: float) -> Derivatives:
         """p, dp/dw, d²p/dw² at one w."""
@@ -84,20 +84,20 @@ class Bezier:
 
     def points(self, w: Floats) -> Floats:
         """(N,) → (N, d)."""
-        return bezier(self.controls, w / self.length)
+        return bezier(self.controls, w / self.length)[0]
 
     def velocities(self, w: Floats) -> Floats:
         """(N,) → (N, d) dp/dw."""
-        return bezier(differences(self.controls), w / self.length) / self.length
+        return bezier(self.controls, w / self.length)[1] / self.length
 
     def accelerations(self, w: Floats) -> Floats:
         """(N,) → (N, d) d²p/dw²."""
-        return bezier(differences(differences(self.controls)), w / self.length) / self.length**2
+        return bezier(self.controls, w / self.length)[2] / (self.length * self.length)
 
     def derivatives(self, w: float) -> Derivatives:
         """p, dp/dw, d²p/dw² at one w."""
-        p, p1, p2 = bezier_derivatives(self.controls, w / self.length)
-        return p, p1 / self.length, p2 / self.length**2
+        p, p1, p2 = bezier(self.controls, np.array([w / self.length]))
+        return p[0], p1[0] / self.length, p2[0] / (self.length * self.length)
 
 
 Curve = Straight | Arc | Bezier

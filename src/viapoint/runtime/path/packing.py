@@ -1,8 +1,8 @@
 """Segments as rows of numbers, for the compiled module `_curves`. Nothing is computed here.
 
-A row is the kind and figures of the curve, then those of the turn: a straight's origin and velocity; an arc's
-radius, centre and axes; degree, length and control points of a Bézier; start and rate of a uniform turn; number
-of intervals, knots, middles and control points of a keyed one.
+A row is the kind and figures of the curve, then those of the turn: a straight's origin and velocity; an
+arc's radius, centre and axes; degree, length and control points of a Bézier; start and rate of a uniform
+turn; number of intervals, knots, middles and control points of a keyed one.
 """
 
 from __future__ import annotations

@@ -46,6 +46,12 @@ class Piece:
             raise ValueError("joints of a piece that is defined by poses")
         return self.segment.joints(self.begin + w)
 
+    def joint_rates(self, w: Floats) -> Floats:
+        """(N,) → derivatives of the joints by w (N, n), of a piece in JOINT space only."""
+        if not isinstance(self.segment, JointSegment):
+            raise ValueError("joints of a piece that is defined by poses")
+        return self.segment.joint_rates(self.begin + w)
+
     def auxiliary(self, w: Floats) -> Floats:
         """(N,) → auxiliary axes (N, k) m or rad, where the motion has any."""
         if self.segment.auxiliary is None:

@@ -61,6 +61,20 @@ def exponential(phi: Floats) -> Floats:
     return np.array((math.cos(half), scale * x, scale * y, scale * z))
 
 
+def turned(phi: Floats, q: Floats) -> Floats:
+    """exp(φ)·q for rotation vectors φ (N, 3) and one quaternion q (4,): (N, 4)."""
+    half = 0.5 * np.sqrt(_dot(phi, phi)[:, 0])
+    scale = 0.5 * np.where(half > 0.0, np.sin(half) / np.where(half > 0.0, half, 1.0), 1.0)
+    (x, y, z), c = (scale * column for column in phi.T), np.cos(half)
+    qw, qx, qy, qz = q.tolist()
+    result = np.empty((len(phi), 4))
+    result[:, 0] = c * qw - x * qx - y * qy - z * qz
+    result[:, 1] = c * qx + x * qw + y * qz - z * qy
+    result[:, 2] = c * qy - x * qz + y * qw + z * qx
+    result[:, 3] = c * qz + x * qy - y * qx + z * qw
+    return result
+
+
 def rotation_from(start: Floats, end: Floats) -> Floats:
     """(4,), (4,) → (3,) rotation vector φ, |φ| ≤ π, in base axes: R(end) = exp(φ)·R(start)."""
     w, x, y, z = product(end, start * _CONJUGATE).tolist()
@@ -114,7 +128,9 @@ def vector_of_rates(phi: Floats, rate: Floats, rate_change: Floats) -> tuple[Flo
 
 
 def _dot(a: Floats, b: Floats) -> Any:
-    return float(a @ b) if a.ndim == 1 else np.einsum("ni,ni->n", a, b)[:, None]
+    if a.ndim == 1:
+        return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+    return (a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2])[:, None]
 
 
 def _coefficients_at(x: float) -> tuple[Any, Any, Any, Any]:

@@ -88,11 +88,7 @@ class PoseSegment:
             linear, angular = sample([self], [len(w)], w)[1].T
             return linear, angular
         linear = np.linalg.norm(self.curve.velocities(w), axis=1)
-        match self.turn:
-            case UniformTurn(rate=rate):
-                angular = np.full(len(w), float(np.linalg.norm(rate)))
-            case KeyedTurn():
-                angular = np.linalg.norm(self.turn.rates(w)[0], axis=1)
+        angular = np.linalg.norm(self.turn.rates(w)[0], axis=1)
         return linear, angular
 
     @cached_property
@@ -138,6 +134,10 @@ class JointSegment:
     def joints(self, w: Floats) -> Floats:
         """(N,) → (N, n) rad or m."""
         return self.curve.points(w) / self.weights
+
+    def joint_rates(self, w: Floats) -> Floats:
+        """(N,) → their derivatives by w (N, n)."""
+        return self.curve.velocities(w) / self.weights
 
     def poses(self, w: Floats) -> Poses:
         """(N,) → N poses of the TCP."""

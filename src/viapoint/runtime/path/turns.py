@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from viapoint.runtime.path.bezier import bezier, bezier_derivatives, differences, hermite_controls
+from viapoint.runtime.path.bezier import bezier, hermite_controls
 from viapoint.runtime.path.moves import Floats
 from viapoint.runtime.path.rates import (
     exponential,
@@ -19,6 +19,7 @@ from viapoint.runtime.path.rates import (
     product,
     rates_of_vectors,
     rotation_from,
+    turned,
     vector_of_rates,
 )
 
@@ -37,13 +38,7 @@ class UniformTurn:
 
     def quaternions(self, w: Floats) -> Floats:
         """(N,) → (N, 4)."""
-        speed = float(np.sqrt(self.rate @ self.rate))
-        if speed == 0.0:
-            return np.tile(self.start, (len(w), 1))
-        square = (self.rate / speed) @ _units_times(self.start)
-        half = (0.5 * speed) * w
-        turned: Floats = np.cos(half)[:, None] * self.start + np.sin(half)[:, None] * square
-        return turned
+        return turned(w[:, None] * self.rate, self.start)
 
     def rates(self, w: Floats) -> tuple[Floats, Floats]:
         """(N,) → ω and dω/dw, (N, 3) each, base axes."""
@@ -69,8 +64,8 @@ class KeyedTurn:
         """(N,) → (N, 4)."""
         q = np.empty((len(w), 4))
         for k, chosen in self._intervals(w):
-            phi = bezier(self.controls[k], self._t(k, w[chosen]))
-            q[chosen] = _exp_times(phi, self.middles[k])
+            phi, _, _ = bezier(self.controls[k], self._t(k, w[chosen]))
+            q[chosen] = turned(phi, self.middles[k])
         return q
 
     def rates(self, w: Floats) -> tuple[Floats, Floats]:
@@ -78,17 +73,17 @@ class KeyedTurn:
         rate, change = np.empty((len(w), 3)), np.empty((len(w), 3))
         for k, chosen in self._intervals(w):
             t, h = self._t(k, w[chosen]), self.knots[k + 1] - self.knots[k]
-            first = differences(self.controls[k])
-            phi, phi1 = bezier(self.controls[k], t), bezier(first, t) / h
-            rate[chosen], change[chosen] = rates_of_vectors(phi, phi1, bezier(differences(first), t) / h**2)
+            phi, phi1, phi2 = bezier(self.controls[k], t)
+            rate[chosen], change[chosen] = rates_of_vectors(phi, phi1 / h, phi2 / (h * h))
         return rate, change
 
     def derivatives(self, w: float) -> Derivatives:
         """q, ω, dω/dw at one w."""
         k = min(max(int(np.searchsorted(self.knots, w, side="right")) - 1, 0), len(self.middles) - 1)
         h = float(self.knots[k + 1] - self.knots[k])
-        phi, phi1, phi2 = bezier_derivatives(self.controls[k], (w - float(self.knots[k])) / h)
-        rate, change = rates_of_vectors(phi, phi1 / h, phi2 / h**2)
+        at = np.array([(w - float(self.knots[k])) / h])
+        phi, phi1, phi2 = (each[0] for each in bezier(self.controls[k], at))
+        rate, change = rates_of_vectors(phi, phi1 / h, phi2 / (h * h))
         return product(exponential(phi), self.middles[k]), rate, change
 
     def _t(self, k: int, w: Floats) -> Floats:
@@ -156,17 +151,3 @@ def turn_through(keys: Sequence[Key]) -> Turn:
         ]
         controls.append(hermite_controls(ends[0], ends[1], right.w - left.w))
     return KeyedTurn(np.array([key.w for key in keys]), np.array(middles), np.array(controls))
-
-
-def _exp_times(phi: Floats, q: Floats) -> Floats:
-    """exp(φ)·q for φ (N, 3), q (4,): (0, φ)·q is linear in φ, so one matrix product does it."""
-    half = 0.5 * np.sqrt(np.einsum("ni,ni->n", phi, phi))
-    scale = 0.5 * np.sinc(half / np.pi)
-    turned: Floats = np.cos(half)[:, None] * q + scale[:, None] * (phi @ _units_times(q))
-    return turned
-
-
-def _units_times(q: Floats) -> Floats:
-    """The products i·q, j·q, k·q: (3, 4)."""
-    w, x, y, z = q.tolist()
-    return np.array(((-x, w, -z, y), (-y, z, w, -x), (-z, -y, x, w)))

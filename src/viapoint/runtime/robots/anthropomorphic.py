@@ -33,6 +33,9 @@ REACH_TOLERANCE = 1e-10
 # rounding of the reach, which is all that an elbow angle near 0 or 180° is known by.
 SAME_ELBOW = 1e-7
 _CORE = "robots._spherical"
+# numpy's own differs from the C library's in the last digit where it uses vector instructions; third
+# derivatives on a millimetre of path would show it.
+_ATAN2 = np.frompyfunc(math.atan2, 2, 1)
 # A joint vector is reported singular when a measure is below this: about where speeds grow 10⁵-fold.
 REPORT_SINGULAR = 1e-5
 
@@ -253,8 +256,8 @@ class SphericalWristArm:
         reachable: Bools = (cosine <= farthest) & (cosine >= nearest)
         cosine = np.clip(cosine, -1.0, 1.0)
         sine = elbow * np.sqrt((1.0 - cosine) * (1.0 + cosine))
-        q[:, 1] = np.arctan2(forward, height) - np.arctan2(lower * sine, upper + lower * cosine)
-        q[:, 2] = np.arctan2(sine, cosine) - self.bend
+        q[:, 1] = _atan2(forward, height) - _atan2(lower * sine, upper + lower * cosine)
+        q[:, 2] = _atan2(sine, cosine) - self.bend
         return reachable
 
     # --- configuration -----------------------------------------------------------------------------
@@ -293,6 +296,11 @@ class SphericalWristArm:
         return SingularityReport(measures, tuple(name for name, m in measures.items() if m < REPORT_SINGULAR))
 
 
+def _atan2(y: Floats, x: Floats) -> Floats:
+    """As numpy's, to the last digit on every machine: the compiled module's."""
+    return np.asarray(_ATAN2(y, x), dtype=np.float64)
+
+
 def _rows(q: Floats) -> Floats:
     """(..., 6) → (N, 6), contiguous."""
     return np.ascontiguousarray(q).reshape(-1, 6)
@@ -321,7 +329,7 @@ def _solve_axis_1(
     """J1 into q1 (F 4-3); its cosine and sine, and the wrist point's coordinate in the arm's plane."""
     radius = np.hypot(x, y)
     singular = (radius < SHOULDER_SINGULAR) | given
-    np.arctan2(shoulder * y, shoulder * x, out=q1)
+    q1[:] = _atan2(shoulder * y, shoulder * x)
     if not singular.any():
         scale = shoulder / radius
         return x * scale, y * scale, shoulder * radius
@@ -354,12 +362,12 @@ def _solve_wrist(
     w22 = s23 * (c1 * r02 + s1 * r12) + c23 * r22
     sine = np.hypot(w10, w20)
     singular = (sine < WRIST_SINGULAR) | given
-    np.arctan2(sense * w10, -sense * w20, out=q[:, 3])
+    q[:, 3] = _atan2(sense * w10, -sense * w20)
     if singular.any():
         np.copyto(q[:, 3], reference, where=singular)
         c4, s4 = np.cos(q[:, 3]), np.sin(q[:, 3])
     else:
         scale = sense / sine
         c4, s4 = -w20 * scale, w10 * scale
-    np.arctan2(s4 * w10 - c4 * w20, w00, out=q[:, 4])
-    np.arctan2(-(c4 * w12 + s4 * w22), c4 * w11 + s4 * w21, out=q[:, 5])
+    q[:, 4] = _atan2(s4 * w10 - c4 * w20, w00)
+    q[:, 5] = _atan2(-(c4 * w12 + s4 * w22), c4 * w11 + s4 * w21)

@@ -1,0 +1,144 @@
+"""Cells of consecutive stretches joined to the end of a path: turns and lengths counted on, gaps closed.
+
+Joints that do not join, or leave their range, are a fault of the cell; those before it are good.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from viapoint.language.units import DEG
+from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
+from viapoint.runtime.kernel.failure import PlanningError
+from viapoint.runtime.kernel.fitting import Fitted, joint_jump
+from viapoint.runtime.kernel.stretch import Stretch
+from viapoint.runtime.path import Space
+from viapoint.runtime.records import Bools, Floats, Ints
+from viapoint.runtime.robots import Robot
+
+_JOIN_GAP: Final = 1e-6
+"""rad between the end of one cell and the start of the next; more is a jump of the joints. Less is what
+rounding leaves beside a singular pose, where J4 and J6 may differ by it and the pose does not."""
+
+_FREE_GAP: Final = 1e-2
+_SAME_POSE: Final = 1e-10
+"""rad; m and rad. Near a singular pose a gap may be rounding if the pose is the same but for it."""
+
+_MOVING_GAP: Final = 1e-9
+"""rad. A larger gap would be felt where the path is passed without a stop."""
+
+_GAP_TO_CLOSE: Final = 1e-13
+"""rad. A smaller gap between pieces of path is not seen in the ticks' differences."""
+
+_RANGE_SLACK: Final = 1e-9
+"""rad by which a joint may pass its range: rounding of a target that lies exactly on it."""
+
+_TURN: Final = 2.0 * np.pi
+
+
+class Joined(NamedTuple):
+    """Coefficients (C, D+1, m) of cells as they continue a path, and what they end in (C', m).
+
+    Of all cells, or of those before the first that has a `fault`.
+    """
+
+    coefficients: Floats
+    ends: Floats
+    fault: PlanningError | None
+
+
+class Joiner:
+    """Joins the cells of one robot with its auxiliary axes."""
+
+    def __init__(self, robot: Robot, auxiliary: AuxiliaryAxes) -> None:
+        self._robot = robot
+        self._auxiliary = auxiliary
+        self._n = robot.joint_count
+        self._driven = self._n + len(auxiliary)
+        self._turn = np.where(robot.prismatic, 0.0, _TURN)
+        self._lower = np.concatenate((robot.limits.lower, auxiliary.limits.lower))
+        self._upper = np.concatenate((robot.limits.upper, auxiliary.limits.upper))
+
+    def join(
+        self, last: Floats, stretches: Sequence[Stretch], fitted: Fitted, owner: Ints, *, at_rest: bool
+    ) -> Joined:
+        """`last` (m,) is what the path ends in, which is passed `at_rest` or without a stop; `owner` (C,)
+        numbers the stretch of each cell.
+        """
+        n = self._n
+        first, end = fitted.values[:, 0], fitted.values[:, -1]
+        gaps = np.concatenate((last[None, :n], end[:-1, :n])) - first[:, :n]
+        turns = self._turn * np.rint(gaps / _TURN)
+        gaps -= turns
+        shifts = self._shifts(last, end, turns)
+        heads = np.diff(owner, prepend=-1) > 0
+        coeffs = fitted.coefficients.copy()
+        coeffs[:, 0] += shifts
+        closed = heads & (np.abs(gaps).max(axis=1) > _GAP_TO_CLOSE)
+        coeffs[closed, 0, :n] += 0.5 * gaps[closed]  # along the cell
+        coeffs[closed, 1, :n] -= 0.5 * gaps[closed]
+        given = np.array([stretch.curve.space is Space.JOINT for stretch in stretches])[owner]
+        steady = given | ~heads
+        steady[0] |= at_rest
+        ends = end + shifts
+        jump = self._jump(ends[:, :n], gaps, given & turns.any(axis=1), steady)
+        good, fault = len(owner), None
+        if jump is not None:
+            place = 0.0 if heads[jump] else fitted.place(jump, 0)
+            good, fault = jump, joint_jump(stretches[owner[jump]], place)
+        outside = self._outside(fitted.values[:good], shifts[:good])
+        if outside is not None:
+            good, fault = outside[0], self._range_fault(stretches[owner[outside[0]]], fitted, shifts, outside)
+        return Joined(coeffs, ends[:good], fault)
+
+    def _shifts(self, last: Floats, end: Floats, turns: Floats) -> Floats:
+        """What is added to the values of each cell, (C, m): turns to joints, lengths so far to lengths."""
+        steps = np.zeros_like(end)
+        steps[:, : self._n] = turns
+        steps[0, self._driven :] = last[self._driven :]
+        steps[1:, self._driven :] = end[:-1, self._driven :]
+        shifts: Floats = np.cumsum(steps, axis=0)
+        return shifts
+
+    def _jump(self, ends: Floats, gaps: Floats, turned: Bools, steady: Bools) -> int | None:
+        """The first cell (if any) whose joints do not join, or that is `turned` where it must not be."""
+        doubtful = turned | (np.abs(gaps).max(axis=1) > np.where(steady, _JOIN_GAP, _MOVING_GAP))
+        for cell in np.flatnonzero(doubtful).tolist():
+            if turned[cell] or not steady[cell]:
+                return int(cell)
+            if not self._is_one_pose(ends[cell - 1] if cell else ends[0], gaps[cell]):
+                return int(cell)
+        return None
+
+    def _is_one_pose(self, q: Floats, gap: Floats) -> bool:
+        """Whether joints q (n,) and q − gap are the same but for rounding."""
+        before, after = self._robot.fk(np.stack((q, q - gap)))
+        return float(np.abs(gap).max()) <= _FREE_GAP and float(np.abs(before - after).max()) <= _SAME_POSE
+
+    def _outside(self, values: Floats, shifts: Floats) -> tuple[int, int, int] | None:
+        """Cell, node and axis that first are out of range."""
+        driven = values[:, :, : self._driven] + shifts[:, None, : self._driven]
+        over = np.maximum(driven - self._upper, self._lower - driven)
+        if over.max(initial=0.0) <= _RANGE_SLACK:
+            return None
+        cell, node, axis = np.unravel_index(int(np.argmax(over > _RANGE_SLACK)), over.shape)
+        return int(cell), int(node), int(axis)
+
+    def _range_fault(
+        self, stretch: Stretch, fitted: Fitted, shifts: Floats, outside: tuple[int, int, int]
+    ) -> PlanningError:
+        cell, node, axis = outside
+        if axis >= self._n:
+            value = float(fitted.values[outside] + shifts[cell, axis])
+            return self._auxiliary.out_of_range(axis - self._n, value, stretch.line)
+        return PlanningError(
+            "E303",
+            f"J{axis + 1} would leave its range {self._lower[axis] / DEG:g}…"
+            f"{self._upper[axis] / DEG:g} deg after {fitted.place(cell, node) / stretch.length:.0%} of this "
+            "stretch of path",
+            stretch.line,
+            "start the motion in another configuration, or go part of the way with MJ",
+        )

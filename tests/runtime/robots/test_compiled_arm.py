@@ -1,0 +1,57 @@
+"""The compiled kinematics against the twin: ordinary, singular and unreachable poses, every branch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from both_cores import by_both
+from viapoint.runtime.robots import load_robot, robot_names
+
+SAME = 1e-12
+"""rad and m: some roundings near a stretched arm."""
+
+
+def joints(seed: int) -> np.ndarray:
+    """(60, 6): at random, with the wrist stretched in some and the arm stretched in others."""
+    q = np.random.default_rng(seed).uniform(-2.5, 2.5, (60, 6))
+    q[:10, 4] = 0.0
+    q[10:20, 1:3] = 0.0
+    return q
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_forward(name: str) -> None:
+    arm = load_robot(name).kinematics
+    q = joints(1)
+    for compute in (arm.fk, arm.link_points, arm.jacobian):
+        twin, compiled = by_both(lambda compute=compute: compute(q), "robots._spherical")
+        assert np.abs(twin - compiled).max() <= SAME
+        one = by_both(lambda compute=compute: compute(q[3]), "robots._spherical")[1]
+        assert one.shape == twin.shape[1:]
+        assert np.array_equal(one, compiled[3])
+
+
+@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("given", [(), (0,), (3,), (0, 3)])
+def test_inverse(name: str, given: tuple[int, ...]) -> None:
+    arm = load_robot(name).kinematics
+    q = joints(2)
+    X = arm.fk(q)
+    X[40:50, :3, 3] += 10.0  # out of reach
+
+    def branches() -> list[tuple[np.ndarray, np.ndarray]]:
+        own = arm.ik_branch(X, arm.configuration(q), q, given)
+        return [own, *(arm.ik_branch(X, index, q[0], given) for index in range(8))]
+
+    twin, compiled = by_both(branches, "robots._spherical")
+    for (q_twin, inside_twin), (q_compiled, inside) in zip(twin, compiled, strict=True):
+        assert np.array_equal(inside_twin, inside)
+        assert inside.any()
+        assert not inside[40:50].any()
+        turns = np.rint((q_twin - q_compiled) / (2.0 * np.pi)) * 2.0 * np.pi
+        assert np.abs(q_twin - q_compiled - turns)[inside].max() <= SAME
+    free = by_both(lambda: arm.free_joint(X, q), "robots._spherical")
+    assert np.array_equal(free[0], free[1])
+    assert free[0][:10].all()
+    assert not free[0].all()
