@@ -84,7 +84,8 @@ class Joiner:
         steady = given | ~heads
         steady[0] |= at_rest
         ends = end + shifts
-        jump = self._jump(ends[:, :n], gaps, given & turns.any(axis=1), steady)
+        turned = given & shifts[:, :n].any(axis=1)  # its joints are meant as they are
+        jump = self._jump(ends[:, :n], gaps, turned, steady)
         good, fault = len(owner), None
         if jump is not None:
             place = 0.0 if heads[jump] else fitted.place(jump, 0)
