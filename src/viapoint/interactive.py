@@ -10,9 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Final
-
-import numpy as np
 
 from viapoint.runtime.cell import Cell, Point
 from viapoint.runtime.kernel import AuxiliaryAxes, Kernel, Start, State
@@ -22,15 +19,12 @@ from viapoint.runtime.kernel.dialogue import Dialogue
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.records import Floats, Window
 from viapoint.runtime.rotations import invert_pose
-from viapoint.runtime.signals import Scenario, SignalBank
+from viapoint.runtime.signals import Scenario
 from viapoint.session import Listener, Loaded, Session, Status, compile_text
 from viapoint.vm import BEGINNING, Machine, Modal
 from viapoint.vm.ports import Dwell, Motion
 
 Question = Callable[[], bool]
-
-_RESTING: Final = (State.HALTED, State.EMERGENCY)
-_AWAITING: Final = (State.WAITING, State.POLLING)
 
 
 class Interactive(Session):
@@ -94,13 +88,6 @@ class Interactive(Session):
         """Whether a program has begun and is not over."""
         return self.status is Status.RUNNING
 
-    @property
-    def at_rest(self) -> bool:
-        """Whether nothing goes on by itself."""
-        state = self.kernel.state
-        waits = state in _AWAITING and not self._world.pending()
-        return self.kernel.over or state in _RESTING or waits
-
     def run(self, most: int | None = None, *, at_least: int = 0) -> Iterator[Window]:
         """Windows up to where nothing goes on by itself, `most` ticks in all.
 
@@ -139,10 +126,6 @@ class Interactive(Session):
     def interpreter_line(self) -> int:
         """Source line the interpreter has reached."""
         return self.kernel.dialogue.line
-
-    def set_window(self, ticks: int) -> None:
-        """The most ticks computed at once."""
-        self._window = ticks
 
     # --- commands ----------------------------------------------------------------------------------
 
@@ -187,42 +170,7 @@ class Interactive(Session):
             buffer.planned()
         return entry is not None
 
-    # --- signals and points ------------------------------------------------------------------------
-
-    @property
-    def signals(self) -> SignalBank:
-        """The signals as they are now."""
-        return self._world.bank
-
-    def signal(self, name: str) -> str:
-        """The code of a signal given by code or name, `DI3`. Raises KeyError for one the cell has not."""
-        return str(self._world.bank.resolve(name))
-
-    def set_signal(self, name: str, value: bool | float) -> None:
-        """Set an input from the next tick on. Raises KeyError, and ValueError for an output."""
-        self._world.set_input(name, value, self.kernel.tick)
-
-    def hold_signal(self, name: str, value: bool | float | None) -> None:
-        """Force a signal to a value, None: no longer. Raises KeyError."""
-        if value is None:
-            self._world.release(name, self.kernel.tick)
-        else:
-            self._world.force(name, value, self.kernel.tick)
-
-    def reset_m(self, index: int) -> None:
-        """Answer an M function, from the next tick on."""
-        self._world.reset_m(index, self.kernel.tick)
-
-    @property
-    def flags(self) -> frozenset[int]:
-        """The M functions whose flag is raised."""
-        return self._world.flags
-
-    @property
-    def pose(self) -> Floats:
-        """X_base_tcp (4, 4) of the tool the robot has."""
-        X_base_flange = self.cell.robot.fk(self.kernel.telemetry.joints)
-        return np.asarray(X_base_flange @ self.cell.tools[self.kernel.tool].X_flange_tool)
+    # --- points --------------------------------------------------------------------------------------
 
     def frame(self, index: int) -> Floats:
         """X_base_frame (4, 4) with the base where it is now. Raises KeyError."""

@@ -24,6 +24,9 @@ def event_text(event: Event) -> str:
             length, seconds = fixed(number(event, "length_mm"), 2), fixed(number(event, "t_end") - event.t, 3)
             limited = f", limited by {data['limited_by']}" if data.get("limited_by") else ""
             return f"{data['command']} {length} mm in {seconds} s{limited}"
+        case "command":
+            values = [_plain(value) for key, value in data.items() if key not in ("do", "client")]
+            return " ".join((str(data["do"]), *values, f"(client {data['client']})"))
         case "tool":
             return str(data["index"])
         case "m" | "track":

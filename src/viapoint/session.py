@@ -13,7 +13,9 @@ from dataclasses import dataclass
 from enum import Enum, unique
 from functools import partial
 from pathlib import Path
-from typing import Protocol
+from typing import Final, Protocol
+
+import numpy as np
 
 from viapoint.compiler import CellNames, CompileResult, compile_source
 from viapoint.language.diagnostics import Diagnostic, has_errors
@@ -21,11 +23,14 @@ from viapoint.language.reading import read_source
 from viapoint.language.source import Source
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel import Corner, Kernel, MotionError, State
-from viapoint.runtime.records import Event, Window
-from viapoint.runtime.signals import Scenario, SignalWorld
+from viapoint.runtime.records import Event, Floats, Window
+from viapoint.runtime.signals import Scenario, SignalBank, SignalWorld
 from viapoint.vm import Machine, Program, ProgramFileError, load
 
 DEFAULT_WINDOW = 1024
+
+_RESTING: Final = (State.HALTED, State.EMERGENCY)
+_AWAITING: Final = (State.WAITING, State.POLLING)
 
 
 class CompileError(Exception):
@@ -222,9 +227,51 @@ class Session:
         """Acknowledge an emergency stop once the robot stands; the run is then halted."""
         self.kernel.reset()
 
-    def set_input(self, name: str, value: bool) -> None:
-        """Set a digital input (`"DI3"` or its name in the cell) from outside, from the next tick on."""
+    def set_input(self, name: str, value: bool | float) -> None:
+        """Set an input (`"DI3"` or its name in the cell) from outside, from the next tick on.
+
+        Raises KeyError for a signal the cell has not, ValueError for an output.
+        """
         self._world.set_input(name, value, self.kernel.tick)
+
+    def force(self, name: str, value: bool | float) -> None:
+        """Hold a signal at a value, whatever is written to it. Raises KeyError."""
+        self._world.force(name, value, self.kernel.tick)
+
+    def release(self, name: str) -> None:
+        """End forcing a signal. Raises KeyError."""
+        self._world.release(name, self.kernel.tick)
+
+    def reset_m(self, index: int) -> None:
+        """Answer an M function, from the next tick on."""
+        self._world.reset_m(index, self.kernel.tick)
+
+    @property
+    def signals(self) -> SignalBank:
+        """The signals as they are now."""
+        return self._world.bank
+
+    @property
+    def flags(self) -> frozenset[int]:
+        """The M functions whose flag is raised."""
+        return self._world.flags
+
+    @property
+    def pose(self) -> Floats:
+        """X_base_tcp (4, 4) of the tool the robot has."""
+        X_base_flange = self.cell.robot.fk(self.kernel.telemetry.joints)
+        return np.asarray(X_base_flange @ self.cell.tools[self.kernel.tool].X_flange_tool)
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing goes on by itself: it is over, halted, or waits for somebody outside."""
+        state = self.kernel.state
+        waits = state in _AWAITING and not self._world.pending()
+        return self.kernel.over or state in _RESTING or waits
+
+    def set_window(self, ticks: int) -> None:
+        """The most ticks computed at once."""
+        self._window = ticks
 
     @property
     def corners(self) -> list[Corner]:

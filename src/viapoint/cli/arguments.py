@@ -73,6 +73,14 @@ def _whole(text: str) -> int:
     return int(text)
 
 
+def _address(text: str) -> tuple[str, int]:
+    """`PORT` or `HOST:PORT`; without a host, this machine alone."""
+    host, _, port = text.rpartition(":")
+    if not re.fullmatch(r"[0-9]{1,5}", port) or int(port) > 65_535:
+        raise argparse.ArgumentTypeError(f"must be a port or HOST:PORT, not {text}")
+    return host.strip("[]") or "127.0.0.1", int(port)
+
+
 def _path(text: str) -> Path:
     if not text or "\0" in text:
         raise argparse.ArgumentTypeError("is not the name of a file")
@@ -137,6 +145,13 @@ COMMANDS = (
                 default="ideal",
                 help="model of the drives",
             ),
+            _option(
+                "--serve",
+                metavar="[HOST:]PORT",
+                type=_address,
+                help="let clients watch and command the run over TCP; port 0: a free one",
+            ),
+            _option("--await-client", action="store_true", help="begin when a client of --serve says start"),
             _option("--window", metavar="N", type=_whole, default=512, help="ticks computed at once"),
             FORMAT,
         ),

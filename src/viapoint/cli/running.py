@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-from viapoint.cli.failures import Refusal
+from viapoint.cli.failures import Refusal, UsageError
 from viapoint.cli.loading import cell_from, program_from, scenario_from
 from viapoint.cli.output import keep_inputs, note, print_json
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from viapoint.runtime.path import Piece
     from viapoint.runtime.recording import Recorder, RunInfo
     from viapoint.runtime.records import Event, Floats, Window
+    from viapoint.serving import Attendant
     from viapoint.session import Listener, Loaded, Session
 
 # Options that change what a run does; a recording names these and no others, so that the same run
@@ -109,6 +110,9 @@ class _Job:
         listeners: list[Listener] = [self.peaks]
         if self.recorder is not None:
             listeners.append(self.recorder)
+        self.attendant = _attendant(chosen)
+        if self.attendant is not None:
+            listeners.append(self.attendant)
         self.interrupted = False
         self.session: Session = Session(
             self.cell,
@@ -121,8 +125,11 @@ class _Job:
             last_line=getattr(chosen, "to", None),
             step=getattr(chosen, "step", False),
             dry_run=getattr(chosen, "dry_run", False),
+            patient=self.attendant is not None,
             listeners=listeners,
         )
+        if self.attendant is not None:
+            self.attendant.bind(self.session)
         if self.recorder is not None:
             self.session.kernel.planner.laid = self._draw
             self.session.kernel.execution.blocks.paced = self.recorder.event
@@ -139,9 +146,11 @@ class _Job:
 
         try:
             with _Stop() as stop:
+                self._attend(stop)
                 for window in self.session.run():
                     if live is not None:
                         live(window, self.session)
+                    self._attend(stop)
                     if stop.asked:
                         self.interrupted = True
                         break
@@ -150,8 +159,14 @@ class _Job:
         finally:
             if self.interrupted:
                 self.session.status = Status.STOPPED
+            if self.attendant is not None:
+                self.attendant.end()
             if self.recorder is not None:
                 self.recorder.close(self._result())
+
+    def _attend(self, stop: _Stop) -> None:
+        if self.attendant is not None:
+            self.attendant.attend(lambda: stop.asked)
 
     def _result(self) -> dict[str, str]:
         kernel = self.session.kernel
@@ -175,6 +190,24 @@ class _Job:
     def exit_code(self) -> int:
         """0 where the program finished or a limit of the user's ended it."""
         return 1 if self.interrupted or self.session.status.value == "error" else 0
+
+
+def _attendant(chosen: Namespace) -> Attendant | None:
+    """Who attends to the clients of --serve; it listens at once and says where."""
+    address = getattr(chosen, "serve", None)
+    if address is None:
+        if getattr(chosen, "await_client", False):
+            raise UsageError("--await-client belongs to --serve")
+        return None
+    from viapoint.serving import Attendant, Hub
+
+    host, port = address
+    try:
+        hub = Hub(host, port)
+    except OSError as error:
+        raise Refusal(f"cannot serve on {host}:{port}: {error.strerror or error}") from error
+    note(f"serving on {hub.address[0]}:{hub.address[1]}")
+    return Attendant(hub, await_client=chosen.await_client)
 
 
 class _Stop:

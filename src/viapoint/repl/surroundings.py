@@ -87,7 +87,7 @@ def io(console: Console, words: list[str]) -> None:
     else:
         code = values.signal(session, words[0])
         try:
-            session.set_signal(code, values.level(code, words[1]))
+            session.set_input(code, values.level(code, words[1]))
         except ValueError:
             raise Complaint(f"{code} is an output: the program sets it; `:force {code}` holds it") from None
     _pass_on(console)
@@ -101,10 +101,13 @@ def force(console: Console, words: list[str]) -> None:
         return
     if len(words) == 1 and words[0].lower() == FREE:
         for signal in session.signals.forced:
-            session.hold_signal(str(signal), None)
+            session.release(str(signal))
     elif len(words) == 2:
         code = values.signal(session, words[0])
-        session.hold_signal(code, None if words[1].lower() == FREE else values.level(code, words[1]))
+        if words[1].lower() == FREE:
+            session.release(code)
+        else:
+            session.force(code, values.level(code, words[1]))
     else:
         raise Complaint("write `:force DI3 on`, `:force DI3 free`, or `:force free`")
     _pass_on(console)

@@ -64,7 +64,7 @@ def seconds(words: list[str]) -> float | None:
 def signal(session: Interactive, word: str) -> str:
     """The code of a signal given by code or name."""
     try:
-        return session.signal(word)
+        return str(session.signals.resolve(word))
     except KeyError:
         near = did_you_mean(word, session.cell.io.names)
         hint = near or "write DI1, DO1, AI1, AO1, or a name of the cell"

@@ -28,6 +28,11 @@ class Commands(ABC):
     _frontier = 0.0  # s up to which the program has been executed
 
     @property
+    def held(self) -> bool:
+        """Whether it is halted, or about to be."""
+        return self._hold is Hold.HALT
+
+    @property
     def override(self) -> float:
         """As it was set: 0 stands still, below 0 goes back."""
         return 0.0 if self._paused else -self.mover.override if self._backward else self.mover.override

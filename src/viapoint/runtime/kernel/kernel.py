@@ -124,7 +124,8 @@ class Kernel(Commands):
         With `steps` the robot halts when so many statements have been executed.
         """
         self.dialogue.open(interpreter)
-        self.execution.ended, self.state, self._hold = False, State.READY, Hold.NONE
+        self._hold = Hold.NONE if self.over else self._hold
+        self.execution.ended, self.state = False, State.READY
         self.breaks.begin(steps)
         refused: MotionError | None = refusal(self.cell, self.world.scenario)
         refused = refused or self.guard.standing(self.telemetry.joints, self.tool, 0)

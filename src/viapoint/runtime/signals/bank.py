@@ -43,6 +43,14 @@ class SignalBank:
         """All signals of a kind, by their number."""
         return (Signal(kind, index) for index in range(1, self._io.counts[kind] + 1))
 
+    def at_work(self) -> Iterator[tuple[Signal, Value]]:
+        """Signals that are not at rest, or forced, with their values."""
+        for kind in SignalKind:
+            for signal in self.of_kind(kind):
+                value = self.read(signal)
+                if value or signal in self._forced:
+                    yield signal, value
+
     def read(self, signal: Signal) -> Value:
         """Present value. Raises KeyError for a signal the cell has not."""
         self.existing(signal)

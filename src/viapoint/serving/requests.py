@@ -1,0 +1,145 @@
+"""What a client may ask: one table of requests and their values. A line in, a request or a sentence out."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from viapoint.language.suggestions import did_you_mean
+from viapoint.serving.hub import LONGEST_LINE
+
+Scalar = str | int | float | bool | None
+
+
+class Refused(Exception):
+    """A request that cannot be done; `identity` is the `id` it came with."""
+
+    def __init__(self, sentence: str, identity: Scalar = None) -> None:
+        super().__init__(sentence)
+        self.identity = identity
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A line of a client, checked: what to do, with which values."""
+
+    do: str
+    values: Mapping[str, Any]
+    identity: Scalar = None
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """One value of a request: what it must be, a test, and the default where it may be left out."""
+
+    must_be: str
+    holds: Callable[[Any], bool]
+    default: Any = field(default=...)
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """One request: its values and what it does. `logged`: it changes the run, so it becomes an event."""
+
+    values: Mapping[str, Value]
+    doc: str
+    logged: bool = True
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _whole(low: int, high: int) -> Callable[[Any], bool]:
+    return lambda value: isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
+
+
+def _between(low: float, high: float) -> Callable[[Any], bool]:
+    return lambda value: _is_number(value) and low <= value <= high
+
+
+MOST_HZ: Final = 10_000.0
+MOST_TICKS: Final = 100_000_000
+
+_SIGNAL: Final = Value("the code or name of a signal", lambda value: isinstance(value, str))
+_LEVEL: Final = Value("true, false or a number", lambda value: isinstance(value, bool) or _is_number(value))
+_SWITCH: Final = Value("true or false", lambda value: isinstance(value, bool))
+
+REQUESTS: Final[Mapping[str, Spec]] = {
+    "start": Spec({}, "begin the run, where it was started with `--await-client`", logged=False),
+    "subscribe": Spec(
+        {
+            "monitor_hz": Value("a number from 0 to 10000", _between(0.0, MOST_HZ), 0.0),
+            "events": Value("true or false", lambda value: isinstance(value, bool), False),
+        },
+        "be told the monitor so often per second of the robot's time, and every event",
+        logged=False,
+    ),
+    "monitor": Spec({}, "the monitor now", logged=False),
+    "read": Spec({"signal": _SIGNAL}, "a signal's present value", logged=False),
+    "set": Spec({"signal": _SIGNAL, "value": _LEVEL}, "set an input"),
+    "force": Spec({"signal": _SIGNAL, "value": _LEVEL}, "hold any signal at a value"),
+    "release": Spec({"signal": _SIGNAL}, "end forcing a signal"),
+    "reset_m": Spec({"index": Value("a whole number", _whole(0, 65_535))}, "answer an M function"),
+    "variable": Spec(
+        {"name": _SIGNAL, "value": Value("true, false or a number", _LEVEL.holds, None)},
+        "read or set a variable: not in this version, always refused",
+        logged=False,
+    ),
+    "override": Spec(
+        {"percent": Value("a number from -100 to 100", _between(-100.0, 100.0))}, "scale all speeds"
+    ),
+    "halt": Spec({}, "stop on the path"),
+    "continue": Spec({}, "go on after a halt"),
+    "stop": Spec({}, "stop on the path and end the run"),
+    "estop": Spec({}, "emergency stop on the path"),
+    "reset": Spec({}, "acknowledge an emergency stop; the run is then halted"),
+    "lockstep": Spec({"on": _SWITCH}, "let time pass only by `advance`", logged=False),
+    "advance": Spec(
+        {"ticks": Value("a whole number from 1", _whole(1, MOST_TICKS))},
+        "let so many ticks pass; answered when they have",
+        logged=False,
+    ),
+    "ping": Spec({}, "an answer, nothing else", logged=False),
+}
+
+
+def parse(line: bytes) -> Request:
+    """The request of a line. Raises Refused with what is wrong with it."""
+    if len(line) > LONGEST_LINE:
+        raise Refused(f"a line is longer than {LONGEST_LINE} bytes")
+    try:
+        given = json.loads(line)
+    except (ValueError, RecursionError):
+        raise Refused('this is not JSON; a request looks like {"do": "halt"}') from None
+    if not isinstance(given, dict):
+        raise Refused('a request is an object, such as {"do": "halt"}')
+    identity = given.pop("id", None)
+    if isinstance(identity, dict | list):
+        raise Refused("`id` is a text or a number")
+    do = given.pop("do", None)
+    if not isinstance(do, str) or do not in REQUESTS:
+        word = do if isinstance(do, str) else ""
+        hint = did_you_mean(word, REQUESTS) or f"requests are {', '.join(REQUESTS)}"
+        raise Refused(f"`do` is not a known request; {hint}", identity)
+    return Request(do, _values(do, given, identity), identity)
+
+
+def _values(do: str, given: dict[str, Any], identity: Scalar) -> dict[str, Any]:
+    spec = REQUESTS[do]
+    for key in given:
+        if key not in spec.values:
+            known = ", ".join(spec.values) or "nothing more"
+            raise Refused(f"`{do}` takes {known}, not `{key}`", identity)
+    result = {}
+    for key, value in spec.values.items():
+        one = given.get(key, value.default)
+        if one is ...:
+            raise Refused(f"`{do}` needs `{key}`: {value.must_be}", identity)
+        if key in given and not value.holds(one):
+            raise Refused(f"`{key}` must be {value.must_be}", identity)
+        result[key] = one
+    return result

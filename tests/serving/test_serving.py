@@ -1,0 +1,208 @@
+"""A run that serves: commanded by real clients, kept up by none."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+from serving_runs import FILES, served
+
+from viapoint.client import Client, ServerError
+
+
+def test_a_client_process_operates_the_robot() -> None:
+    with served("part.via", "--await-client") as run:
+        done = subprocess.run(
+            [sys.executable, str(FILES / "operator.py"), str(run.port)],
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=True,
+        )
+        report = run.report()
+    said = done.stdout.splitlines()
+    assert said[:3] == ["part.via", "standing for DI3", "standing for the reset of M7"]
+    assert said[-1] == "finished"
+    assert int(said[-2].split()[1]) == report["ticks"] // 100 + 1
+    assert report["status"] == "finished"
+    logged = [e for e in report["events"] if e["kind"] == "command"]
+    assert [(e["do"], e["client"]) for e in logged] == [("set", 1), ("reset_m", 1)]
+    waits = [e for e in report["events"] if e["kind"] == "wait"]
+    # The output is seen a tick after it is written; then time stands still, however long the client takes.
+    assert [round((e["t_end"] - e["t"]) * 1000) for e in waits] == [2, 1]
+
+
+def operate(port: int) -> tuple[list[int], dict[str, object]]:
+    """The same commands at the same ticks."""
+    ticks = []
+    with Client(port=port) as client:
+        client.request("lockstep", on=True)
+        client.request("start")
+        for do, values, count in (
+            ("override", {"percent": 60}, 700),
+            ("halt", {}, 900),
+            ("continue", {}, 333),
+            ("estop", {}, 400),
+            ("reset", {}, 50),
+            ("continue", {}, 100),
+            ("force", {"signal": "DI3", "value": True}, 10),
+            ("release", {"signal": "DI3"}, 10),
+            ("set", {"signal": "DI3", "value": True}, 1),
+            ("override", {"percent": 100}, 6000),
+        ):
+            client.request(do, **values)
+            ticks.append(client.request("advance", ticks=count)["tick"])
+        last = client.request("monitor")["monitor"]
+        client.request("reset_m", index=7)
+        client.request("lockstep", on=False)
+    return ticks, last
+
+
+def test_in_lockstep_a_run_repeats() -> None:
+    reports, seen = [], []
+    for window in ("7", "512"):
+        with served("part.via", "--await-client", "--window", window) as run:
+            seen.append(operate(run.port))
+            report = run.report()
+            report.pop("realtime_factor")
+            reports.append(report)
+    assert seen[0] == seen[1]
+    assert seen[0][0] == [700, 1600, 1933, 2333, 2383, 2483, 2493, 2503, 2504, 8504]
+    assert seen[0][1]["state"] == "waiting"
+    assert seen[0][1]["m"] == [7]
+    assert reports[0]["events"] == reports[1]["events"]
+    assert reports[0]["final"] == reports[1]["final"]
+    assert reports[0]["status"] == "finished"
+
+
+def test_a_halted_robot_stands_still_and_time_with_it() -> None:
+    with served("part.via", "--await-client") as run, Client(port=run.port) as client:
+        client.request("subscribe", events=True)
+        client.request("halt")
+        client.request("start")
+        while "standing" not in (told := client.told()):
+            pass
+        assert told["standing"]["state"] == "halted"
+        before = client.request("ping")["tick"]
+        time.sleep(0.3)
+        assert client.request("ping")["tick"] == before
+        client.request("stop")
+        while "end" not in (told := client.told()):
+            pass
+        assert told["end"] == {"status": "stopped", "tick": before}
+
+
+REFUSED = [
+    (b"halt", "not JSON"),
+    (b"[1, 2]", "is an object"),
+    (b'"halt"', "is an object"),
+    (b"{}", "requests are start"),
+    (b'{"do": 5}', "not a known request"),
+    (b'{"do": "hlat"}', "did you mean `halt`?"),
+    (b'{"do": "halt", "now": true}', "takes nothing more, not `now`"),
+    (b'{"do": "set", "signal": "DI3"}', "needs `value`"),
+    (b'{"do": "set", "signal": "DI3", "value": 1}', "DI3 takes true or false"),
+    (b'{"do": "set", "signal": "AI1", "value": true}', "AI1 takes a number"),
+    (b'{"do": "set", "signal": "AI1", "value": NaN}', "`value` must be"),
+    (b'{"do": "set", "signal": "AI1", "value": null}', "`value` must be"),
+    (b'{"do": "set", "signal": "DO1", "value": true}', "DO1 is an output"),
+    (b'{"do": "force", "signal": "XX", "value": true}', "no signal `XX`"),
+    (b'{"do": "reset_m", "index": -1}', "`index` must be a whole number"),
+    (b'{"do": "reset_m", "index": true}', "`index` must be a whole number"),
+    (b'{"do": "override", "percent": 101}', "from -100 to 100"),
+    (b'{"do": "subscribe", "monitor_hz": -1}', "from 0 to 10000"),
+    (b'{"do": "variable", "name": "count"}', "not part of this version"),
+    (b'{"do": "continue"}', "not halted"),
+    (b'{"do": "reset"}', "nothing to reset"),
+    (b'{"do": "advance", "ticks": 5}', "ask for `lockstep` first"),
+    (b'{"do": "monitor"}', "has not begun"),
+    (b'{"id": {}, "do": "ping"}', "`id` is"),
+    (b"[" * 50_000, "not JSON"),
+    (b"\xff\xfe\x00", "not JSON"),
+]
+
+
+def test_what_is_wrong_is_answered_and_nothing_else_happens() -> None:
+    with served("part.via", "--await-client") as run:
+        with socket.create_connection(("127.0.0.1", run.port), 30) as connection:
+            stream = connection.makefile("rb")
+            stream.readline()
+            for line, why in REFUSED:
+                connection.sendall(line + b"\r\n\n")
+                answer = json.loads(stream.readline())
+                assert answer["ok"] is False, line
+                assert why in answer["error"], (line, answer)
+            connection.sendall(b'{"id": "x", "do": "hlat"}\n{"id": 7, "do": "ping"}\n')
+            assert json.loads(stream.readline())["id"] == "x"
+            assert json.loads(stream.readline()) == {"id": 7, "ok": True, "tick": 0}
+            connection.sendall(b"x" * 200_000)
+            assert "longer than" in json.loads(stream.readline())["error"]
+        with Client(port=run.port) as client:
+            client.request("start")
+            client.request("set", signal="DI3", value=True)
+            client.request("reset_m", index=7)
+            client.request("stop")
+        assert run.report()["status"] in ("stopped", "finished")
+
+
+def test_several_clients_one_of_them_deaf_one_dead() -> None:
+    """A client that reads nothing is told less and less; the others, and the robot, do not notice."""
+    with served("endless.via", "--await-client", "--max-time", "20") as run:
+        deaf = socket.create_connection(("127.0.0.1", run.port), 30)
+        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        deaf.sendall(b'{"do": "subscribe", "monitor_hz": 1000, "events": true}\n')
+        dead = socket.create_connection(("127.0.0.1", run.port), 30)
+        dead.sendall(b'{"do": "subscribe", "monitor_hz": 1000}\n{"do": "lo')
+        dead.close()
+        with Client(port=run.port) as client:
+            client.request("subscribe", monitor_hz=1, events=False)
+            client.request("start")
+            ticks = [client.told()["monitor"]["tick"] for _ in range(21)]
+            assert ticks == list(range(0, 21_000, 1000))
+            assert client.told()["end"]["status"] == "stopped"
+        assert run.report()["ticks"] == 20_000
+        deaf.close()
+
+
+def test_the_client_of_a_lockstep_may_leave() -> None:
+    with served("part.via", "--await-client", "--max-time", "3") as run:
+        with Client(port=run.port) as client:
+            client.request("lockstep", on=True)
+            with Client(port=run.port) as other, pytest.raises(ServerError, match="another client"):
+                other.request("lockstep", on=True)
+            client.request("start")
+            client.request("advance", ticks=100)
+        assert run.report()["status"] == "stopped"
+
+
+def test_ctrl_c_ends_a_run_that_waits_for_a_client() -> None:
+    with served("part.via", "--await-client") as run, Client(port=run.port):
+        run.process.terminate()
+        assert run.report()["status"] == "stopped"
+        assert run.process.returncode == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "why"),
+    [
+        (["--await-client"], 2, "--await-client belongs to --serve"),
+        (["--serve", "70000"], 2, "must be a port or HOST:PORT"),
+        (["--serve", "host:x"], 2, "must be a port or HOST:PORT"),
+        (["--serve", "192.0.2.1:0"], 1, "cannot serve on 192.0.2.1:0"),
+    ],
+)
+def test_usage(words: list[str], code: int, why: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "viapoint", "run", "part.via", *words],
+        cwd=FILES,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == code
+    assert why in done.stderr
