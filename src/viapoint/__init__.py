@@ -21,12 +21,13 @@ if TYPE_CHECKING:
     from viapoint.interactive import Interactive
     from viapoint.language.diagnostics import Diagnostic, Severity
     from viapoint.report import run_report
-    from viapoint.runtime.cell import Cell, CellError, default_cell, load_cell
+    from viapoint.runtime.cell import Cell, CellError, default_cell, load_cell, load_cells
     from viapoint.runtime.recording import Recorder, Recording, RecordingError, load_recording
     from viapoint.runtime.records import Event, Window
     from viapoint.runtime.robots import Robot, RobotError, load_robot, robot_names
     from viapoint.runtime.signals import Scenario, ScenarioError, load_scenario
     from viapoint.session import CompileError, Session, Status, compile_file, compile_text
+    from viapoint.station import Station
 
 __all__ = [
     "Cell",
@@ -45,6 +46,7 @@ __all__ = [
     "ScenarioError",
     "Session",
     "Severity",
+    "Station",
     "Status",
     "Window",
     "check_program",
@@ -52,6 +54,7 @@ __all__ = [
     "compile_text",
     "default_cell",
     "load_cell",
+    "load_cells",
     "load_recording",
     "load_robot",
     "load_scenario",
@@ -64,12 +67,13 @@ _HOMES = {
     "viapoint.interactive": ("Interactive",),
     "viapoint.language.diagnostics": ("Diagnostic", "Severity"),
     "viapoint.report": ("run_report",),
-    "viapoint.runtime.cell": ("Cell", "CellError", "default_cell", "load_cell"),
+    "viapoint.runtime.cell": ("Cell", "CellError", "default_cell", "load_cell", "load_cells"),
     "viapoint.runtime.recording": ("Recorder", "Recording", "RecordingError", "load_recording"),
     "viapoint.runtime.records": ("Event", "Window"),
     "viapoint.runtime.robots": ("Robot", "RobotError", "load_robot", "robot_names"),
     "viapoint.runtime.signals": ("Scenario", "ScenarioError", "load_scenario"),
     "viapoint.session": ("CompileError", "Session", "Status", "compile_file", "compile_text"),
+    "viapoint.station": ("Station",),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 

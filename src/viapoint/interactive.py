@@ -201,7 +201,7 @@ class Interactive(Session):
     def _note_end(self) -> None:
         if not self.kernel.over or not self.under_way:
             return
-        self.status = self._final_status()
+        self.status = self.final_status()
         if not self._keeps_modal:
             self.modal = self._modal_here()
 

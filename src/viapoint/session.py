@@ -22,7 +22,7 @@ from viapoint.language.diagnostics import Diagnostic, has_errors
 from viapoint.language.reading import read_source
 from viapoint.language.source import Source
 from viapoint.runtime.cell import Cell
-from viapoint.runtime.kernel import Corner, Kernel, MotionError, State
+from viapoint.runtime.kernel import Corner, ExclusiveZones, Kernel, MotionError, State
 from viapoint.runtime.records import Event, Floats, Window
 from viapoint.runtime.signals import Scenario, SignalBank, SignalWorld
 from viapoint.vm import Machine, Program, ProgramFileError, load
@@ -152,6 +152,8 @@ class Session:
         step: bool = False,
         dry_run: bool = False,
         patient: bool = False,
+        world: SignalWorld | None = None,
+        zones: ExclusiveZones | None = None,
         listeners: Sequence[Listener] = (),
     ) -> None:
         _require(override, window, max_time)
@@ -162,8 +164,10 @@ class Session:
         self._listeners = tuple(listeners)
         self._window = window
         self._last_tick = None if max_time is None else round(max_time / cell.tick)
-        self._world = SignalWorld(cell, scenario, cell.tick, dry_run=dry_run)
-        self.kernel = Kernel(cell, self._world, self._hear, override=override, stepping=step, patient=patient)
+        self._world = world or SignalWorld(cell, scenario, cell.tick, dry_run=dry_run)
+        self.kernel = Kernel(
+            cell, self._world, self._hear, override=override, stepping=step, patient=patient, zones=zones
+        )
         ports = self.kernel.dialogue
         self._machine = Machine(program.program, ports, ports, max_cycles=cycles, last_line=last_line)
         self._wall = 0.0
@@ -174,8 +178,7 @@ class Session:
         The iteration may be left and `run` called again: the run goes on where it was left.
         """
         if self.kernel.state is State.READY:
-            window = self._timed(partial(self.kernel.begin, self._machine))
-            yield self._tell(window)
+            yield self.begin()
         while not self.kernel.over:
             left = self._window
             if self._last_tick is not None:
@@ -183,9 +186,16 @@ class Session:
                 if left <= 0:
                     self.status = Status.STOPPED
                     return
-            window = self._timed(partial(self.kernel.advance, left))
-            yield self._tell(window)
-        self.status = self._final_status()
+            yield self.advance(left)
+        self.status = self.final_status()
+
+    def begin(self) -> Window:
+        """Tick 0, with all that happens in it. `run` does it by itself."""
+        return self._tell(self._timed(partial(self.kernel.begin, self._machine)))
+
+    def advance(self, ticks: int) -> Window:
+        """At least one and at most so many ticks more; after the end of the program the robot stands."""
+        return self._tell(self._timed(partial(self.kernel.advance, ticks)))
 
     def finish(self) -> Status:
         """Run to the end without looking at the windows."""
@@ -307,7 +317,8 @@ class Session:
         self._wall += time.perf_counter() - start
         return window
 
-    def _final_status(self) -> Status:
+    def final_status(self) -> Status:
+        """How the run has ended, once it has."""
         if self.kernel.state is State.FAILED:
             return Status.ERROR
         stopped = self.kernel.state is State.STOPPED or self._machine.cut_short

@@ -110,7 +110,7 @@ class Room:
             elif "points" in says:
                 tomllib.loads(text)
             else:
-                via.load_cell(path)
+                via.load_cells(path)
         except (via.CellError, via.ScenarioError, via.RobotError) as error:
             _expect_codes(says, [d.code for d in error.diagnostics])
         else:

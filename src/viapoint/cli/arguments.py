@@ -129,7 +129,13 @@ COMMANDS = (
         "run a program on the simulated robot",
         "running:run",
         (
-            PROGRAM,
+            _option(
+                "file",
+                metavar="FILE",
+                type=_path,
+                nargs="?",
+                help="program, .via or .viac; not needed where the cell names one for each of its robots",
+            ),
             CELL,
             SCENARIO,
             *LIMITS,

@@ -15,17 +15,44 @@ if TYPE_CHECKING:
     from viapoint.vm import Program
 
 
-def cell_from(path: Path | None) -> Cell:
-    """The cell in `path`; without one, the built-in cell."""
-    from viapoint.runtime.cell import default_cell, load_cell
+def cell_from(path: Path | None, program: Path | None = None) -> Cell:
+    """The cell in `path`; without one, the built-in cell. Of several robots, the one that runs `program`."""
+    cells = cells_from(path)
+    if len(cells) == 1:
+        return cells[0]
+    own = [cell for cell in cells if _runs(cell, program)]
+    own = own or [cell for cell in cells if cell.program is None]
+    if not own:
+        raise Refusal(f"the cell {path} has {len(cells)} robots, and none of them runs {program}")
+    return own[0]
+
+
+def cells_from(path: Path | None) -> tuple[Cell, ...]:
+    """The cell in `path` as each of its robots sees it; without one, the built-in cell."""
+    from viapoint.runtime.cell import default_cell, load_cells
     from viapoint.runtime.documents import DocumentError
 
     if path is None:
-        return default_cell()
+        return (default_cell(),)
     try:
-        return load_cell(path)
+        return load_cells(path)
     except DocumentError as error:
         raise Refusal(f"the cell {path} cannot be used", error.diagnostics) from error
+
+
+def _runs(cell: Cell, program: Path | None) -> bool:
+    return program is not None and cell.program is not None and cell.program.resolve() == program.resolve()
+
+
+def programs_from(cells: tuple[Cell, ...], program: Path | None) -> tuple[Loaded, ...]:
+    """A program per robot: its own, or else `program`."""
+    from viapoint.session import CompileError
+    from viapoint.station import compile_programs
+
+    try:
+        return compile_programs(cells, program)
+    except CompileError as error:
+        raise Refusal("the programs of the cell cannot be run", error.diagnostics) from error
 
 
 def scenario_from(path: Path | None, cell: Cell) -> Scenario | None:

@@ -23,7 +23,7 @@ def check(chosen: Namespace) -> int:
     from viapoint.language.render import to_json
 
     try:
-        cell = cell_from(chosen.cell) if chosen.cell is not None else None
+        cell = cell_from(chosen.cell, chosen.files[0]) if chosen.cell is not None else None
     except Refusal as refusal:
         if chosen.format != "json":
             raise
@@ -83,7 +83,7 @@ def compile_program(chosen: Namespace) -> int:
     from viapoint.vm import save
 
     keep_inputs(chosen.output, chosen.file, chosen.cell)
-    cell = cell_from(chosen.cell) if chosen.cell is not None else None
+    cell = cell_from(chosen.cell, chosen.file) if chosen.cell is not None else None
     program, diagnostics = bytecode_from(chosen.file, cell)
     data = save(program)
     try:

@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from viapoint.cli.failures import Refusal, UsageError
-from viapoint.cli.loading import cell_from, program_from, scenario_from
+from viapoint.cli.loading import cell_from, cells_from, program_from, scenario_from
 from viapoint.cli.output import keep_inputs, note, print_json
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from viapoint.runtime.path import Piece
     from viapoint.runtime.recording import Recorder, RunInfo
     from viapoint.runtime.records import Event, Floats, Window
+    from viapoint.runtime.signals import Scenario
     from viapoint.serving import Attendant
     from viapoint.session import Listener, Loaded, Session
 
@@ -33,37 +34,53 @@ DEFAULTS = {"override": 100.0, "drives": "ideal"}
 
 
 def run(chosen: Namespace) -> int:
+    try:
+        return _run(chosen)
+    except Refusal as refusal:
+        if chosen.format != "json" or not refusal.diagnostics:
+            raise
+        from viapoint.language.render import to_json
+
+        print_json(refused([to_json(diagnostic) for diagnostic in refusal.diagnostics]))
+        return 1
+
+
+def _run(chosen: Namespace) -> int:
+    cells = cells_from(chosen.cell)
+    if len(cells) > 1:
+        from viapoint.cli.stations import run_station
+
+        return run_station(chosen, cells)
+    if chosen.file is None:
+        raise UsageError("a program is missing")
+    job = _Job(chosen, cells[0])
     if chosen.format == "json":
-        return _run_json(chosen)
+        _run_for_json(job)
+    else:
+        _run_for_people(job, chosen)
+    return job.exit_code
+
+
+def _run_for_people(job: _Job, chosen: Namespace) -> None:
     from viapoint.cli.live import live_line
     from viapoint.cli.report_text import print_report
 
-    job = _Job(chosen)
     with live_line(chosen.file.name, job.loaded.source) as live:
         job.run(live)
     print_report(job.session, job.peaks, job.diagnostics(), chosen.file.name)
     if chosen.record is not None:
         note(f"recording: {chosen.record}")
-    return job.exit_code
 
 
-def _run_json(chosen: Namespace) -> int:
+def _run_for_json(job: _Job) -> None:
     from viapoint.language.render import to_json
     from viapoint.report import run_report
 
-    try:
-        job = _Job(chosen)
-    except Refusal as refusal:
-        if not refusal.diagnostics:
-            raise
-        print_json(_refused([to_json(diagnostic) for diagnostic in refusal.diagnostics]))
-        return 1
     job.run()
     print_json(run_report(job.session, [to_json(diagnostic) for diagnostic in job.diagnostics()]))
-    return job.exit_code
 
 
-def _refused(diagnostics: list[dict[str, Any]]) -> dict[str, Any]:
+def refused(diagnostics: list[dict[str, Any]]) -> dict[str, Any]:
     """The report of a run that never began."""
     return {
         "status": "error",
@@ -94,19 +111,19 @@ class Peaks:
 class _Job:
     """One run with everything it needs; loading happens at construction and may refuse."""
 
-    def __init__(self, chosen: Namespace) -> None:
+    def __init__(self, chosen: Namespace, cell: Cell) -> None:
         from viapoint.session import Session
 
         self._chosen = chosen
         if getattr(chosen, "record", None) is not None:
             keep_inputs(chosen.record, chosen.file, chosen.cell, chosen.scenario)
-        self.cell: Cell = cell_from(chosen.cell)
+        self.cell = cell
         self.scenario = scenario_from(chosen.scenario, self.cell)
         self.loaded: Loaded = program_from(chosen.file, self.cell)
         self.peaks = Peaks()
         self.recorder: Recorder | None = None
         if getattr(chosen, "record", None) is not None:
-            self.recorder = _recorder(self, chosen)
+            self.recorder = recorder_of(chosen, cell, self.loaded, self.scenario)
         listeners: list[Listener] = [self.peaks]
         if self.recorder is not None:
             listeners.append(self.recorder)
@@ -145,7 +162,7 @@ class _Job:
         from viapoint.session import Status
 
         try:
-            with _Stop() as stop:
+            with Stop() as stop:
                 self._attend(stop)
                 for window in self.session.run():
                     if live is not None:
@@ -164,7 +181,7 @@ class _Job:
             if self.recorder is not None:
                 self.recorder.close(self._result())
 
-    def _attend(self, stop: _Stop) -> None:
+    def _attend(self, stop: Stop) -> None:
         if self.attendant is not None:
             self.attendant.attend(lambda: stop.asked)
 
@@ -210,7 +227,7 @@ def _attendant(chosen: Namespace) -> Attendant | None:
     return Attendant(hub, await_client=chosen.await_client)
 
 
-class _Stop:
+class Stop:
     """Ctrl-C or SIGTERM ends a run between two windows, with everything in order; the second one at once."""
 
     def __init__(self) -> None:
@@ -241,7 +258,7 @@ def run_quietly(chosen: Namespace) -> tuple[RunInfo, Window, list[Event], bool]:
     from viapoint.report import in_time_order
     from viapoint.runtime.recording import join
 
-    job = _Job(chosen)
+    job = _Job(chosen, cell_from(chosen.cell, chosen.file))
     windows: list[Window] = []
     paces: list[Event] = []
     job.session.kernel.execution.blocks.paced = paces.append
@@ -249,7 +266,7 @@ def run_quietly(chosen: Namespace) -> tuple[RunInfo, Window, list[Event], bool]:
     errors = [diagnostic for diagnostic in job.diagnostics() if diagnostic.is_error]
     if errors:
         note(render(errors, colour=sys.stderr.isatty()) + "\n")
-    info = _run_info(job, chosen)
+    info = _run_info(chosen, job.cell, job.loaded, job.scenario)
     return info, join(windows), in_time_order([*job.session.events, *paces]), not errors
 
 
@@ -266,15 +283,15 @@ def _outline(piece: Piece) -> Floats:
 # --- recording ----------------------------------------------------------------------------------
 
 
-def _recorder(job: _Job, chosen: Namespace) -> Recorder:
+def recorder_of(chosen: Namespace, cell: Cell, loaded: Loaded, scenario: Scenario | None) -> Recorder:
     from viapoint.runtime.recording import Recorder
 
-    robot = job.cell.robot
+    robot = cell.robot
     radius = robot.body_radius
     try:
         return Recorder(
             chosen.record,
-            _run_info(job, chosen),
+            _run_info(chosen, cell, loaded, scenario),
             skeleton=robot.link_points,
             radii=() if radius is None else tuple(radius.tolist()),
         )
@@ -282,13 +299,13 @@ def _recorder(job: _Job, chosen: Namespace) -> Recorder:
         raise Refusal(f"cannot write {chosen.record}: {error.strerror or error}") from error
 
 
-def _run_info(job: _Job, chosen: Namespace) -> RunInfo:
+def _run_info(chosen: Namespace, cell: Cell, loaded: Loaded, scenario: Scenario | None) -> RunInfo:
     from dataclasses import replace
 
     from viapoint.cli.version import versions
     from viapoint.run_info import run_info
 
-    info = run_info(job.cell, job.loaded, _command_line(chosen), versions(), job.scenario)
+    info = run_info(cell, loaded, _command_line(chosen), versions(), scenario)
     return replace(info, program_name=chosen.file.name)
 
 

@@ -70,6 +70,7 @@ class Document:
     parts: Mapping[str | int, Document] = field(
         default_factory=dict
     )  # top-level keys with a file of their own
+    origins: Mapping[Key, Key] = field(default_factory=dict)  # keys that stand elsewhere in the file
 
     def line(self, key: Key) -> int:
         """Line of the key, or of the nearest table around it."""
@@ -90,9 +91,16 @@ class Document:
             message=message,
             file=self.name,
             line=self.line(key),
-            key=dotted(key),
+            key=dotted(self.origin(key)),
             hint=hint,
         )
+
+    def origin(self, key: Key) -> Key:
+        """Where a key stands in the file: as it is, but in a document made of parts of one."""
+        for k in range(len(key), 0, -1):
+            if key[:k] in self.origins:
+                return (*self.origins[key[:k]], *key[k:])
+        return key
 
 
 def dotted(key: Key) -> str:
@@ -285,7 +293,7 @@ _FAULTS: tuple[tuple[str, Fault, str], ...] = (
 
 def _diagnostic(document: Document, schema: type[BaseModel], details: ErrorDetails) -> Diagnostic:
     key, kind = details["loc"], details["type"]
-    name = dotted(key)
+    name = dotted(document.origin(key))
     if kind == "missing":
         return document.fault(Fault.MISSING_KEY, key, f"the key {name} is missing")
     if kind == "extra_forbidden":
@@ -304,7 +312,7 @@ def unknown_key(document: Document, key: Key, allowed: Iterable[str]) -> Diagnos
     last, allowed = str(key[-1]), list(allowed)
     near = difflib.get_close_matches(last, allowed, n=1)
     hint = f"did you mean `{near[0]}`?" if near else f"known here: {', '.join(sorted(allowed))}"
-    return document.fault(Fault.UNKNOWN_KEY, key, f"unknown key {dotted(key)}", hint)
+    return document.fault(Fault.UNKNOWN_KEY, key, f"unknown key {dotted(document.origin(key))}", hint)
 
 
 def _shown(value: Any, fault: Fault) -> str:

@@ -14,6 +14,14 @@ kind = "forbidden"
 corner_1 = [1700, -100, 0]
 corner_2 = [2200, 100, 3000]
 """
+_PAIR: Final = """[[robots]]
+[robots.robot]
+model = "frigeni6"
+[[robots]]
+[robots.robot]
+model = "frigeni6"
+zero_frame = { xyz = [6000, 0, 0], abc = [0, 0, 180] }
+"""
 _LONG_TOOL: Final = """[[tools]]
 index = 1
 xyz = [400, 0, 0]
@@ -107,6 +115,38 @@ corner_2 = [1500, 1000, 3500]
         Example(
             program="WAIT 0.1\n",
             cell=f"{_ROBOT}[orientation_cone]\naxis = [0, 0, -1]\nhalf_angle_deg = 30\n",
+        ),
+    ),
+    entry(
+        "E450",
+        "robots that wait for each other",
+        """Several robots of a cell wait, each for something that only another one of them could bring: a
+        signal, the reset of an M flag, an exclusive zone. The message names all of them with their lines. Let
+        one of them give first what the others wait for, take zones in the same order everywhere, or add the
+        missing answer to the scenario.""",
+        Example(program="WAIT DI 1\n", cell=_PAIR),
+    ),
+    entry(
+        "E451",
+        "robots that would touch",
+        """The bodies of two robots of a cell touch, or would within the time that they need to stop. Both are
+        stopped on their paths within the limits. Let one of them wait for the other: by an exclusive zone, a
+        signal, or an M function that both raise.""",
+        Example(program="WAIT 0.1\n", cell=_PAIR.replace("6000", "2000")),
+    ),
+    entry(
+        "E452",
+        "two robots start in one zone",
+        """Two robots of a cell stand in the same exclusive zone when the run begins. Give one of them a home
+        position outside, or make the zone smaller.""",
+        Example(
+            program="WAIT 0.1\n",
+            cell=f"""{_PAIR}[[zones]]
+name = "everywhere"
+kind = "exclusive"
+corner_1 = [-9000, -9000, -9000]
+corner_2 = [9000, 9000, 9000]
+""",
         ),
     ),
     entry(

@@ -2,7 +2,7 @@
 
 from viapoint.runtime.cell.default import default_cell
 from viapoint.runtime.cell.io import parse_signal, signal_fault
-from viapoint.runtime.cell.load import CellError, load_cell, parse_cell
+from viapoint.runtime.cell.load import CellError, load_cell, load_cells, parse_cell, parse_cells
 from viapoint.runtime.cell.model import (
     AuxiliaryAxis,
     Capsule,
@@ -46,7 +46,9 @@ __all__ = [
     "Zone",
     "default_cell",
     "load_cell",
+    "load_cells",
     "parse_cell",
+    "parse_cells",
     "parse_signal",
     "signal_fault",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING
 from viapoint.language.diagnostics import Diagnostic
 from viapoint.language.source import Source
 from viapoint.language.units import DEG, MM
-from viapoint.runtime.cell import geometry, io
+from viapoint.runtime.cell import geometry, io, members
 from viapoint.runtime.cell import robot as robots
 from viapoint.runtime.cell.checking import Checker
 from viapoint.runtime.cell.model import Cell, DefaultSpeed, Filter, Floats, Frame
@@ -17,6 +18,8 @@ from viapoint.runtime.documents import (
     CELL_CODES,
     Document,
     DocumentError,
+    Fault,
+    Key,
     check,
     parse_document,
     read_document,
@@ -33,28 +36,84 @@ class CellError(DocumentError):
 
 
 def load_cell(path: str | Path) -> Cell:
-    """The cell of a file. Raises CellError with all diagnostics."""
-    try:
-        document = read_document(Path(path), CELL_CODES)
-    except DocumentError as error:
-        raise CellError(error.diagnostics) from None
-    return _build(document)
+    """The cell of a file with one robot. Raises CellError with all diagnostics."""
+    return _only(load_cells(path))
 
 
 def parse_cell(text: str, name: str = "<cell>") -> Cell:
     """The cell of a text; relative paths in it start at the name's folder. Raises CellError."""
+    return _only(parse_cells(text, name))
+
+
+def load_cells(path: str | Path) -> tuple[Cell, ...]:
+    """The cell of a file as each of its robots sees it, one or several. Raises CellError."""
+    try:
+        document = read_document(Path(path), CELL_CODES)
+    except DocumentError as error:
+        raise CellError(error.diagnostics) from None
+    return _build_all(document)
+
+
+def parse_cells(text: str, name: str = "<cell>") -> tuple[Cell, ...]:
+    """As `load_cells`, of a text. Raises CellError."""
     try:
         document = parse_document(name, text, CELL_CODES)
     except DocumentError as error:
         raise CellError(error.diagnostics) from None
-    return _build(document)
+    return _build_all(document)
 
 
-def _build(document: Document) -> Cell:
+def _only(cells: tuple[Cell, ...]) -> Cell:
+    if len(cells) == 1:
+        return cells[0]
+    message = f"the cell has {len(cells)} robots, and one program is run by one"
+    hint = "run the cell itself: viapoint run --cell FILE"
+    raise CellError([Diagnostic(code="E279", message=message, file=cells[0].source.name, hint=hint)])
+
+
+def _build_all(document: Document) -> tuple[Cell, ...]:
     from viapoint.runtime.cell.schema import CellFile
 
+    if not members.has_several(document):
+        return (_build(document, CellFile),)
+    documents, faults = members.taken_apart(document)
+    cells = []
+    for number, each in enumerate(documents, start=1):
+        try:
+            cells.append(_build_member(each, number))
+        except CellError as error:
+            faults += [fault for fault in error.diagnostics if fault not in faults]
+    if not faults:
+        faults += _apart(document, cells)
+    if faults:
+        raise CellError(faults)
+    return tuple(cells)
+
+
+def _apart(document: Document, cells: Sequence[Cell]) -> list[Diagnostic]:
+    """What does not go together in robots of one cell."""
+    faults = []
+    names: set[str] = set()
+    if not cells:
+        faults.append(document.fault(Fault.LENGTH, ("robots",), "the cell has no robot"))
+    for i, cell in enumerate(cells):
+        if cell.tick != cells[0].tick:
+            key: Key = ("robots", i, "controller", "tick_s")
+            message = f"all robots of a cell run on one tick, {cells[0].tick:g} s"
+            faults.append(
+                document.fault(Fault.CONTRADICTION, key, message, "put tick_s at the top of the file")
+            )
+        if cell.robot_name in names:
+            key = ("robots", i, "name")
+            faults.append(document.fault(Fault.DUPLICATE, key, f"the name {cell.robot_name} is used twice"))
+        if cell.robot_name is not None:
+            names.add(cell.robot_name)
+    return faults
+
+
+def _build(document: Document, schema: type[CellFile]) -> Cell:
     document, faults = _with_points(document)
-    checked = check(document, CellFile)
+    checked = check(document, schema)
     faults += checked.faults
     cell = None
     if checked.model is not None:
@@ -64,6 +123,20 @@ def _build(document: Document) -> Cell:
     if faults or cell is None:
         raise CellError(faults)
     return cell
+
+
+def _build_member(document: Document, number: int) -> Cell:
+    from viapoint.runtime.cell.schema import MemberFile
+
+    cell = _build(document, MemberFile)
+    program = document.data.get("program")
+    return replace(
+        cell,
+        number=number,
+        robot_name=document.data.get("name"),
+        program=None if program is None else Path(document.name).parent / program,
+        priority=document.data.get("priority", 0),
+    )
 
 
 def _with_points(document: Document) -> tuple[Document, list[Diagnostic]]:

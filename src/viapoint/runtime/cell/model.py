@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import Enum, unique
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -262,6 +263,10 @@ class Cell:
     drives: Drives
     source: Source
     points_source: Source | None = None  # the file of points, where they have their own
+    number: int = 1  # of the robot in the cell
+    robot_name: str | None = None  # where the cell gives it one
+    program: Path | None = None  # what this robot runs, where the cell says so
+    priority: int = 0  # at exclusive zones; the higher goes first
 
     def names(self) -> CellIndex:
         """What a program may refer to."""

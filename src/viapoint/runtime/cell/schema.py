@@ -192,3 +192,11 @@ class CellFile(Table):
     orientation_cone: Cone | None = None
     auxiliary_axes: dict[str, AuxiliaryAxisSection] = Field(default={})
     drives: DrivesSection = Field(default_factory=DrivesSection)
+
+
+class MemberFile(CellFile):
+    """The tables of one robot of several, together with those that all share."""
+
+    name: str | None = None
+    program: str | None = None
+    priority: int = 0

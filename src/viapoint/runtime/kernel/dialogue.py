@@ -163,27 +163,32 @@ class Dialogue:
 
     def vain_poll(self, barrier: Barrier, executed: int) -> ExecutionError | None:
         """What is wrong with asking `barrier` again, if its answer can never change."""
+        return None if self._patient else self.asks_in_vain(barrier, executed)
+
+    def vain_wait(self) -> ExecutionError | None:
+        """What is wrong with waiting on, if what is awaited can never come."""
+        return None if self._patient else self.in_vain()
+
+    def asks_in_vain(self, barrier: Barrier, executed: int) -> ExecutionError | None:
+        """As `vain_poll`, if nobody outside can answer."""
         before, now = self._answered[barrier.line], self._interpreter.state if self._interpreter else None
-        changing = self._patient or self._world.pending()
-        if changing or before.executed != executed or before.state != now:
+        if self._world.pending() or before.executed != executed or before.state != now:
             return None
         what = f"{barrier.reason} asks again and again what nothing in the scenario ever changes"
         return ExecutionError("E410", what, barrier.line)
 
-    def vain_wait(self) -> ExecutionError | None:
-        """What is wrong with waiting on, if what is awaited can never come."""
+    def in_vain(self) -> ExecutionError | None:
+        """As `vain_wait`, if nobody outside can answer."""
         match self._suspension:
             case AwaitInput(line=line, index=index):
                 awaited = Change(Signal(SignalKind.DIGITAL_INPUT, index), True)
                 what = f"WAIT DI {index} waits for an input that nothing in the scenario sets any more"
             case AwaitReset(line=line, index=index):
-                awaited = Change(MFlag(index), False)
+                awaited = Change(MFlag(index, self._cell.number), False)
                 what = f"M {index} waits for a reset that nothing in the scenario gives any more"
             case _:
                 raise AssertionError(f"standing still, but not waiting: {self._suspension}")
-        if self._patient or self._world.pending(awaited):
-            return None
-        return ExecutionError("E410", what, line)
+        return None if self._world.pending(awaited) else ExecutionError("E410", what, line)
 
     def _may_resume(self) -> bool:
         match self._suspension:

@@ -20,7 +20,17 @@ from viapoint.runtime.kernel.stretch import Stretch
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.path import Space
 from viapoint.runtime.records import Floats
-from viapoint.runtime.workspace import NOTHING, Course, Crossing, Monitor, Rule, Ticks, Violation, Watch
+from viapoint.runtime.workspace import (
+    NOTHING,
+    TOUCH,
+    Course,
+    Crossing,
+    Monitor,
+    Rule,
+    Ticks,
+    Violation,
+    Watch,
+)
 
 _PLANNED: Final = {Rule.FORBIDDEN: "E330", Rule.SAFE: "E331", Rule.SELF: "E332", Rule.CONE: "E333"}
 _RUNNING: Final = {Rule.FORBIDDEN: "E420", Rule.SAFE: "E421", Rule.SELF: "E422", Rule.CONE: "E423"}
@@ -37,11 +47,15 @@ _DEPTH_SAMPLES: Final = 513
 
 @dataclass(frozen=True, slots=True)
 class ZoneCrossing:
-    """The path enters, or leaves, an exclusive zone, `place` (0 … 1) along a stretch of the motion `tag`."""
+    """The path enters, or leaves, an exclusive zone, `place` (0 … 1) along a stretch of the motion `tag`.
+
+    Entering, it is the last place looked at that is still outside. `length` is that of the stretch.
+    """
 
     tag: int
     line: int
     place: float
+    length: float
     zone: str
     enters: bool
 
@@ -71,15 +85,16 @@ class PathGuard:
         course.divide(self._monitor.body(tool).thinnest)
         seen = self._watch.look(course, tool)
         for crossing in seen.crossings:
-            self._crossed(self._crossing(stretch, course, crossing))
+            self._crossed(self._crossing(stretch, course, float(widths.sum()), crossing))
         if seen.violation is not None:
             raise self._error(stretch, course, seen.violation, tool)
         self._watch.advance(len(course.travel) - 1)
 
     @staticmethod
-    def _crossing(stretch: Stretch, course: Course, crossing: Crossing) -> ZoneCrossing:
-        share = course.share(crossing.row)
-        return ZoneCrossing(stretch.curve.tag, stretch.line, share, crossing.zone, crossing.enters)
+    def _crossing(stretch: Stretch, course: Course, length: float, crossing: Crossing) -> ZoneCrossing:
+        share = course.share(max(crossing.row - 1, 0) if crossing.enters else crossing.row)
+        tag, line = stretch.curve.tag, stretch.line
+        return ZoneCrossing(tag, line, share, length, crossing.zone, crossing.enters)
 
     def _error(self, stretch: Stretch, course: Course, violation: Violation, tool: int) -> PlanningError:
         row, last = violation.row, len(course.travel) - 1
@@ -120,6 +135,13 @@ class TickGuard:
             return None
         violation = self._monitor.check(q[None], tool)
         return None if violation is None else self._failure(violation, q, tool, line)
+
+    def zones_at(self, q: Floats, tool: int) -> list[str]:
+        """The exclusive zones that the robot is in, at joints q (n,) with a tool."""
+        if self._monitor is None:
+            return []
+        inside = self._monitor.clearances(q[None], tool)[1][0] < -TOUCH
+        return [name for name, within in zip(self._monitor.exclusive_zones, inside, strict=True) if within]
 
     def watch(self, rows: Rows, q: Floats, tool: int, line: int) -> Rows:
         """Rows about to be sent after joints q (n,): cut after the first in which something is met."""

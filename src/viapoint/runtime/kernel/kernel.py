@@ -16,7 +16,7 @@ import numpy as np
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.breaks import HERE, Breaks, Start
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
-from viapoint.runtime.kernel.commands import Commands
+from viapoint.runtime.kernel.company import Company
 from viapoint.runtime.kernel.dialogue import Dialogue, Interpreter
 from viapoint.runtime.kernel.execution import Execution
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
@@ -27,6 +27,7 @@ from viapoint.runtime.kernel.states import Hold, State
 from viapoint.runtime.kernel.telemetry import Status, Telemetry
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.kernel.unsupported import refusal
+from viapoint.runtime.kernel.zones import ExclusiveZones, ZoneAccess
 from viapoint.runtime.records import Event, Floats, Ints, Window
 from viapoint.runtime.signals import SignalWorld
 from viapoint.vm.ports import Barrier, Failed, Motion
@@ -35,7 +36,7 @@ _ARRIVED: Final = 1e-10
 """m of path within which two places are one: rounding of summed lengths."""
 
 
-class Kernel(Commands):
+class Kernel(Company):
     """Runs calls of an interpreter on the robot of a cell.
 
     `dialogue` is the interpreter's MotionPort and WorldPort. `advance` moves time on; events go to
@@ -52,21 +53,25 @@ class Kernel(Commands):
         stepping: bool = False,
         patient: bool = False,
         start: Start | None = None,
+        zones: ExclusiveZones | None = None,
     ) -> None:
         start = start or Start.at_home(cell)
         self.cell = cell = start.placed(cell)
         self.world = world
         self.state = State.READY
         self.failure: MotionError | None = None
-        self.trace = Trace(listener, cell.tick)
+        self.trace = Trace(listener, cell.tick, cell.number)
         self._buffer: MotionBuffer = MotionBuffer(cell.lookahead)
         self.trace.tick = start.tick
         self.planner = Planner(cell, self._buffer, start.joints, tool=start.tool, stepping=stepping)
         self.mover = Mover(cell, self.planner.route, override or 1.0)
         self.breaks = Breaks(self._buffer, self.planner.route)
-        self.mover.pause = self.breaks.next_place
+        self.mover.pause = self._next_pause
         self.telemetry = Telemetry(cell, start.joints)
         self.guard = TickGuard(self.planner.monitor, self.trace)
+        if zones is not None:
+            self.access = ZoneAccess(zones, cell)
+            self.planner.crossed = self.access.lay
         self.execution = Execution(self._buffer, world, self.trace, self.planner, self.mover, self._room_for)
         self.execution.tool = start.tool
         self.dialogue = Dialogue(cell, world, self._buffer, self.trace, self._travelled_mm, patient=patient)
@@ -128,9 +133,9 @@ class Kernel(Commands):
         self.execution.ended, self.state = False, State.READY
         self.breaks.begin(steps)
         refused: MotionError | None = refusal(self.cell, self.world.scenario)
-        refused = refused or self.guard.standing(self.telemetry.joints, self.tool, 0)
+        refused = refused or self.guard.standing(self.telemetry.joints, self.tool, 0) or self._taken()
         if refused is not None:
-            self._fail(refused)
+            self.fail(refused)
         else:
             self._settle()
 
@@ -187,7 +192,7 @@ class Kernel(Commands):
         window = self._standing(tick, 1)
         self.trace.tick = tick
         self.mover.law = None
-        self._fail(ExecutionError("E490", "a set point is not a finite number", self.line))
+        self.fail(ExecutionError("E490", "a set point is not a finite number", self.line))
         return window
 
     def _pass_places(self, s: Floats, first: int, told: Ints) -> int:
@@ -245,7 +250,7 @@ class Kernel(Commands):
         try:
             self._go_on()
         except MotionError as error:
-            self._fail(error)
+            self.fail(error)
 
     @property
     def _held(self) -> bool:
@@ -283,6 +288,9 @@ class Kernel(Commands):
                 return
             elif entry is not None and self._set_out(entry):
                 self.state = State.MOVING
+                return
+            elif self._at_gate:
+                self.state = State.WAITING
                 return
             elif self.planner.undecided and self.dialogue.lacks_room and self._buffer.widen():
                 pass
@@ -329,12 +337,12 @@ class Kernel(Commands):
     def _poll(self, barrier: Barrier) -> None:
         """The program came back to a barrier in the tick in which it was answered: it polls, once a tick."""
         self.state = State.POLLING
-        self._fail(self.dialogue.vain_poll(barrier, self.statements))
+        self.fail(self.dialogue.vain_poll(barrier, self.statements))
 
     def _wait(self) -> None:
         """Nothing can go on by itself."""
         self.state = State.WAITING
-        self._fail(self.planner.failure or self.dialogue.vain_wait())
+        self.fail(self.planner.failure or self.dialogue.vain_wait())
 
     def _interpret(self) -> bool:
         """Let the interpreter run if it may; True if it did."""
@@ -348,7 +356,8 @@ class Kernel(Commands):
         if self.execution.ended:
             self.state = State.FINISHED
 
-    def _fail(self, failure: MotionError | None) -> None:
+    def fail(self, failure: MotionError | None) -> None:
+        """End the run with what went wrong, if anything did; the robot stands."""
         if failure is not None:
             self.failure = failure
             self.state = State.FAILED

@@ -9,6 +9,7 @@ tick on, on the same path, within the limits; what was sent stays as it is.
 from __future__ import annotations
 
 import bisect
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -40,6 +41,9 @@ _RENEW_PIECES: Final = 8
 
 _STOPPING_SHARE: Final = 3.0
 """The horizon is at least this many stopping distances long, and renewed while half of it is left."""
+
+_ASKED_BEFORE: Final = 2
+"""Ticks before braking in which a zone is asked for: the next law begins after that in which it is given."""
 
 _REPORT_SAMPLES: Final = 33
 """Times at which a block is asked what limits it."""
@@ -141,7 +145,33 @@ class Mover:
         With a factor, acceleration and jerk limits are taken that many times. Where the law uses up its
         limits it is first followed until it leaves room; at the latest it ends by itself.
         """
-        factor = deceleration_factor
+        return self._adopt(self._halted(tick, deceleration_factor))
+
+    @property
+    def braking_tick(self) -> int:
+        """The tick, or one just before it, in which the present law begins to brake for its end."""
+        law = self._moving
+        driving = np.flatnonzero(law.a[:-1] >= -_STILL)
+        since = float(law.t[driving[-1]]) if driving.size else 0.0
+        return math.floor((law.t0 + since) / self._tick) - _ASKED_BEFORE
+
+    def tick_at(self, s: float) -> int | None:
+        """The first tick in which the present law has come to s; None where it does not."""
+        law = self._moving
+        if not law.s_start <= self.direction * s <= law.s_end:
+            return None
+        return math.ceil(float(law.time_of(self.direction * s)) / self._tick)
+
+    def ticks_to_rest(self, tick: int) -> int:
+        """How many ticks a halt at `tick`, moving, would take."""
+        try:
+            law = self._halted(tick, 1.0)()
+        except TimingError:
+            law = None
+        return math.ceil((law or self._moving).t_end / self._tick) - tick
+
+    def _halted(self, tick: int, factor: float) -> Callable[[], TimeLaw | None]:
+        """The present law brought to rest after `tick`, with so many times the deceleration and jerk."""
         limits = replace(
             self.limits,
             acceleration=self.limits.acceleration * factor,
@@ -155,7 +185,7 @@ class Mover:
         def stopped() -> TimeLaw | None:
             return halt(law, curve, limits, bound, tick=self._tick, commit_time=next_time)
 
-        return self._adopt(stopped)
+        return stopped
 
     def set_override(self, tick: int, override: float) -> bool:
         """Scale all speeds by `override` (0 … 1) from the next tick on; True if later ticks changed.
@@ -233,17 +263,20 @@ class Mover:
         rates = np.abs(self._route.axes.derivatives(np.array([self.direction * r]))[0][0])
         return float(np.min(self.limits.braking / np.maximum(rates, _STILL)))
 
-    def rows(self, first_tick: int, count: int) -> Rows:
-        """At most `count` ticks from first_tick on, ending early in the tick in which the law is at rest."""
+    def places(self, first_tick: int, count: int) -> tuple[Floats, bool]:
+        """s (N,) at no more than `count` ticks from first_tick on; True if the last one is at rest."""
         law = self._moving
         times = np.arange(first_tick, first_tick + count, dtype=np.float64) * self._tick
         left = int(np.searchsorted(times, law.t_end - _ROUNDING * self._tick)) + 1
-        times = times[:left]
-        r, _, _ = law.at(times)
+        r, _, _ = law.at(times[:left])
         arrived = left <= count
         if arrived:
             r[-1] = law.s_end
-        s = self.direction * r
+        return self.direction * r, arrived
+
+    def rows(self, first_tick: int, count: int) -> Rows:
+        """At most `count` ticks from first_tick on, ending early in the tick in which the law is at rest."""
+        s, arrived = self.places(first_tick, count)
         return Rows(s, self._route.axes.everything(s), arrived)
 
     def limited_by(self, first_tick: int, last_tick: int) -> str:

@@ -20,6 +20,7 @@ from viapoint.runtime.kernel.failure import MotionError, PlanningError
 from viapoint.runtime.kernel.guard import PathGuard, ZoneCrossing
 from viapoint.runtime.kernel.resolver import Resolver
 from viapoint.runtime.kernel.route import Route
+from viapoint.runtime.kernel.zones import Passage
 from viapoint.runtime.path import Chain, GeometryError, Piece, Transition
 from viapoint.runtime.records import Floats
 from viapoint.runtime.workspace import Monitor
@@ -52,6 +53,8 @@ class Planner:
         """Told of every finished piece of path, for drawings."""
         self.zone_crossings: list[ZoneCrossing] = []
         """Where the path enters and leaves exclusive zones."""
+        self.crossed: Callable[[Passage], None] | None = None
+        """Told of them too, by their place on the route."""
         self._buffer = buffer
         self._resolver = Resolver(cell, q_start)
         self._chain = Chain(tolerance=cell.path_tolerance)
@@ -65,8 +68,14 @@ class Planner:
         self._forced_by: dict[int, int] = {}  # tag of a motion to the line that makes its end a stop
         self.monitor = Monitor(cell)
         if self.monitor.active:
-            guard = PathGuard(self.monitor, self.route.tool_of, self.zone_crossings.append)
+            guard = PathGuard(self.monitor, self.route.tool_of, self._cross)
             self.route.axes.inspect = guard.inspect
+
+    def _cross(self, crossing: ZoneCrossing) -> None:
+        self.zone_crossings.append(crossing)
+        if self.crossed is not None:
+            s = self.route.end + crossing.place * crossing.length
+            self.crossed(Passage(s, crossing.zone, crossing.enters))
 
     @property
     def undecided(self) -> bool:

@@ -70,6 +70,11 @@ class Route:
         """s up to which the route can be travelled."""
         return self.axes.length
 
+    @property
+    def begin(self) -> float:
+        """s from which on the route is kept."""
+        return self._bounds_at[0] if self._bounds_at else 0.0
+
     def announce(self, tag: int, resolved: Resolved, line: int, tool: int) -> None:
         """Say what motion `tag` is, before its pieces are taken."""
         self._motions[tag] = _Planned(resolved, line, invert_pose(resolved.X_flange_tool), tool)
@@ -135,8 +140,7 @@ class Route:
     def stop_before(self, s: float) -> float:
         """The last exact stop before s that is still kept, or where the kept route begins."""
         k = bisect.bisect_left(self.stops, s) - 1
-        begin = self._bounds_at[0] if self._bounds_at else 0.0
-        return max(self.stops[k], begin) if k >= 0 else min(begin, s)
+        return max(self.stops[k], self.begin) if k >= 0 else min(self.begin, s)
 
     def breaks(self, s_from: float, s_to: float) -> Floats:
         """Places inside (s_from, s_to) where higher derivatives or the programmed speed may jump."""

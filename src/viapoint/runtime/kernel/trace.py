@@ -10,8 +10,9 @@ from viapoint.runtime.records import Event, EventValue
 class Trace:
     """Knows the present tick and makes events of it."""
 
-    def __init__(self, listener: Callable[[Event], None], tick_s: float) -> None:
+    def __init__(self, listener: Callable[[Event], None], tick_s: float, robot: int = 1) -> None:
         self.tick = 0
+        self._robot = robot
         self._listener = listener
         self._tick_s = tick_s
 
@@ -27,4 +28,5 @@ class Trace:
     def emit(self, kind: str, line: int, *, tick: int | None = None, **data: EventValue) -> None:
         """Tell an event of the present tick, or of an earlier one."""
         at = self.tick if tick is None else tick
-        self._listener(Event(tick=at, t=self.time_of(at), line=line, kind=kind, data=data))
+        event = Event(tick=at, t=self.time_of(at), line=line, kind=kind, robot=self._robot, data=data)
+        self._listener(event)

@@ -150,7 +150,8 @@ class _Builder:
         cause = self._cause(key, section)
         changes = self._changes((*key, "set"), section.set)
         if section.reset_m is not None:
-            changes = (*changes, Change(MFlag(section.reset_m), False))
+            flags = (MFlag(section.reset_m, robot) for robot in section.robots)
+            changes = (*changes, *(Change(flag, False) for flag in flags))
         elif not section.set:
             self._fault(Fault.MISSING_KEY, (*key, "set"), "when: there is no answer", "add set or reset_m")
         if cause is None:

@@ -17,9 +17,10 @@ Value = bool | float
 
 @dataclass(frozen=True, slots=True)
 class MFlag:
-    """The flag of M function `index`."""
+    """The flag of M function `index`; each robot has its own."""
 
     index: int
+    robot: int = 1
 
 
 @dataclass(frozen=True, slots=True)

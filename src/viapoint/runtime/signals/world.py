@@ -6,10 +6,12 @@ outputs become visible in the next tick. Nothing here depends on how many ticks 
 
 from __future__ import annotations
 
+import copy
 import heapq
+import itertools
 import math
 from dataclasses import dataclass
-from typing import assert_never
+from typing import Self, assert_never
 
 from viapoint.runtime.cell import Cell, Signal, SignalKind
 from viapoint.runtime.signals.bank import SignalBank, Value
@@ -26,7 +28,7 @@ class _Due:
 
 
 class SignalWorld:
-    """The outside world of one robot: inputs, outputs, M flags, and who answers them."""
+    """The outside world as one robot sees it: inputs, outputs, its M flags, and who answers them."""
 
     def __init__(self, cell: Cell, scenario: Scenario | None, tick: float, *, dry_run: bool = False) -> None:
         """`tick` in s. In a dry run the cell's process outputs stay off."""
@@ -34,14 +36,22 @@ class SignalWorld:
         self.scenario = scenario
         self._tick = tick
         self._held_off = cell.io.process_outputs if dry_run else frozenset()
-        self._flags: set[int] = set()
+        self._robot = 1
+        self._flags: set[MFlag] = set()
         self._agenda: list[_Due] = []
-        self._order = 0
+        self._order = itertools.count()
         self._answers: dict[Change, list[Answer]] = {}
         for answer in scenario.answers if scenario is not None else ():
-            self._answers.setdefault(answer.cause, []).append(answer)
+            for cause in _causes(answer):
+                self._answers.setdefault(cause, []).append(answer)
         for timed in scenario.timed if scenario is not None else ():
             self._schedule(self.ticks(timed.time), timed.changes)
+
+    def seen_by(self, robot: int) -> Self:
+        """The same world as another robot of the cell sees it, whose M flags are its own."""
+        world = copy.copy(self)
+        world._robot = robot
+        return world
 
     def ticks(self, seconds: float) -> int:
         """The tick nearest to a time; halves go to the later one."""
@@ -67,20 +77,21 @@ class SignalWorld:
                 cause = tick - 1 if signal.kind is SignalKind.DIGITAL_OUTPUT else tick
                 if self.bank.write(signal, change.value):
                     self._answer(change, cause, tick)
-            case MFlag(index):
-                self._flags.discard(index)
+            case MFlag() as flag:
+                self._flags.discard(flag)
             case _:
                 assert_never(change.target)
 
     def _answer(self, cause: Change, at: int, now: int) -> None:
         """Schedule the answers to something that came about in tick `at`; never in the past, nor at once."""
         for answer in self._answers.get(cause, ()):
+            if isinstance(cause.target, MFlag) and not self._flags.issuperset(_flags(answer, cause.target)):
+                continue  # not all robots have raised theirs
             due = at + max(self.ticks(answer.delay), 1)
             self._schedule(max(due, now), answer.changes)
 
     def _schedule(self, tick: int, changes: tuple[Change, ...]) -> None:
-        heapq.heappush(self._agenda, _Due(tick, self._order, changes))
-        self._order += 1
+        heapq.heappush(self._agenda, _Due(tick, next(self._order), changes))
 
     def pending(self, awaited: Change | None = None) -> bool:
         """Whether anything scheduled, or an answer to it, can still change a signal or reset a flag.
@@ -112,10 +123,11 @@ class SignalWorld:
 
     def raise_m(self, index: int, tick: int) -> None:
         """The path raises a flag. It is the robot's own: seen by it at once, by others in the next tick."""
-        if index in self._flags:
+        flag = MFlag(index, self._robot)
+        if flag in self._flags:
             return
-        self._flags.add(index)
-        self._answer(Change(MFlag(index), True), tick, tick + 1)
+        self._flags.add(flag)
+        self._answer(Change(flag, True), tick, tick + 1)
 
     def read_input(self, index: int) -> bool:
         """Digital input. Raises KeyError where the cell has it not."""
@@ -127,12 +139,12 @@ class SignalWorld:
 
     def read_m(self, index: int) -> bool:
         """Whether the flag of an M function is raised."""
-        return index in self._flags
+        return MFlag(index, self._robot) in self._flags
 
     @property
     def flags(self) -> frozenset[int]:
         """The M functions whose flag is raised."""
-        return frozenset(self._flags)
+        return frozenset(flag.index for flag in self._flags if flag.robot == self._robot)
 
     # --- somebody outside --------------------------------------------------------------------------
 
@@ -151,7 +163,7 @@ class SignalWorld:
 
     def reset_m(self, index: int, tick: int) -> None:
         """The application resets a flag, seen from the tick after `tick` on."""
-        self._schedule(tick + 1, (Change(MFlag(index), False),))
+        self._schedule(tick + 1, (Change(MFlag(index, self._robot), False),))
 
     def force(self, name: str, value: Value, tick: int) -> None:
         """Hold a signal at a value from now on, for diagnostics. Raises KeyError for an unknown signal."""
@@ -164,3 +176,15 @@ class SignalWorld:
         signal = self.bank.resolve(name)
         if self.bank.release(signal):
             self._answer(Change(signal, self.bank.read(signal)), tick, tick + 1)
+
+
+def _causes(answer: Answer) -> list[Change]:
+    """What may bring an answer about: a signal, or any robot's flag that completes those of all."""
+    target = answer.cause.target
+    if isinstance(target, MFlag):
+        return [Change(flag, answer.cause.value) for flag in _flags(answer, target)]
+    return [answer.cause]
+
+
+def _flags(answer: Answer, flag: MFlag) -> list[MFlag]:
+    return [MFlag(flag.index, robot) for robot in answer.robots]
