@@ -70,9 +70,9 @@ class Interactive(Session):
         """Begin a program where the robot stands; `run` goes on with it.
 
         With `steps` it halts when so many statements have been executed. With `keep_modal` tool and speed
-        are afterwards what they were. Raises RuntimeError while another one is under way.
+        are afterwards what they were. Raises RuntimeError while another one is under way, or the robot moves.
         """
-        if self.under_way:
+        if self.under_way or self.kernel.state is State.MOVING:
             raise RuntimeError(f"{self.program.source.name} is {self.kernel.state.value}")
         if self.kernel.state is not State.FINISHED:
             self._renew()

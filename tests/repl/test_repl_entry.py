@@ -51,6 +51,18 @@ def test_a_backslash_is_no_part_of_the_program() -> None:
     assert entry.text == "ML P1 \nML P2\n"
 
 
+def test_a_command_does_not_disturb_a_block() -> None:
+    collector = Collector()
+    collector.feed("IF DI3")
+    command = collector.feed(":io DI3 on")
+    assert command is not None
+    assert command.kind is Kind.COMMAND
+    assert collector.pending
+    entry = collector.feed("ENDIF")
+    assert entry is not None
+    assert entry.text == "IF DI3\nENDIF\n"
+
+
 def test_what_is_dropped_leaves_nothing() -> None:
     collector = Collector()
     collector.feed("IF DI3")

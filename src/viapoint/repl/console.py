@@ -193,13 +193,15 @@ class Console:
         self.go(begin=begin)
 
     def require_free(self) -> None:
-        """Raises Complaint while a program is under way."""
+        """Raises Complaint while a program is under way, or the robot is left in motion."""
         session = self.session
         if session.under_way:
             name, state = session.program.source.name, session.kernel.state.value
             raise Complaint(
                 f"{name} is {state} in line {session.next_line}: `:continue`, or `:stop` to leave it"
             )
+        if session.kernel.state is State.MOVING:
+            raise Complaint("the robot is moving: `:halt`, or `:continue`")
 
     def _with_subroutines(self, text: str, known: Mapping[str, str]) -> str:
         """A text with what it calls behind it: subroutines typed before, or the loaded program."""

@@ -78,7 +78,7 @@ class Collector:
 
     def feed(self, line: str) -> Entry | None:
         """The entry that `line` completes; None if more must come."""
-        if line.lstrip().startswith(":") and not self.pending:
+        if line.lstrip().startswith(":"):  # no statement does: it is done at once, and the block goes on
             return Entry(Kind.COMMAND, line.strip()[1:])
         if not line.strip():
             return self._complete(Kind.PROGRAM) if self.pending else Entry(Kind.NOTHING, "")

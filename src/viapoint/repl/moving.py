@@ -182,7 +182,9 @@ def override(console: Console, words: list[str]) -> None:
 
 def halt(console: Console, words: list[str]) -> None:
     """Where a program was left in motion by `for S`."""
-    session = _under_way(console)
+    session = console.session
+    if session.kernel.state is not State.MOVING:
+        _under_way(console)
     begin = session.kernel.tick
     session.halt()
     console.go(begin=begin, at_least=1)
@@ -192,7 +194,7 @@ def resume(console: Console, words: list[str]) -> None:
     """On from a halt, a step, a step back; from where time was stopped."""
     seconds, session = values.seconds(words), console.session
     _require_no_emergency(console)
-    if not session.under_way and session.kernel.state is not State.HALTED:
+    if not session.under_way and session.kernel.state not in (State.HALTED, State.MOVING):
         raise Complaint("nothing is halted")
     begin = session.kernel.tick
     session.resume()
