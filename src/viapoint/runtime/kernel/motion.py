@@ -39,6 +39,10 @@ knowledge, and the cost of a solve grows with its length."""
 _RENEW_PIECES: Final = 8
 """Pieces left in the law when it is extended."""
 
+_FELT_BEFORE: Final = 0.15
+"""s before its last braking from which on a law is planned anew: what comes earlier is what it would be
+without that end."""
+
 _STOPPING_SHARE: Final = 3.0
 """The horizon is at least this many stopping distances long, and renewed while half of it is left."""
 
@@ -137,7 +141,7 @@ class Mover:
         if self.direction < 0.0 or law.s_end in self._route.stops or not self._due(law):
             return False
         end = self._horizon(self.s)
-        return end > law.s_end and self._adopt(self._anew(tick, end))
+        return end > law.s_end and self._adopt(self._anew(tick, end, _settled_until(law)))
 
     def halt(self, tick: int, *, deceleration_factor: float = 1.0) -> bool:
         """At `tick`, moving: come to rest as soon as the limits allow; True if later ticks changed.
@@ -220,14 +224,14 @@ class Mover:
         assert self.law is not None, "only while moving"
         return self.law
 
-    def _anew(self, tick: int, end: float) -> Callable[[], TimeLaw | None]:
-        """The present law planned anew after `tick`, to rest at `end`."""
+    def _anew(self, tick: int, end: float, since: float = -np.inf) -> Callable[[], TimeLaw | None]:
+        """The present law planned anew after `tick`, and not before time `since`, to rest at `end`."""
         law = self._moving
         curve = self._curve(end)
         bound = partial(self._speed_bound, curve)
 
         def planned() -> TimeLaw | None:
-            time = (tick + 1) * self._tick
+            time = max((tick + 1) * self._tick, since)
             return self._profile.extend(
                 law, curve, self.limits, bound, s_end=end, tick=self._tick, commit_time=time
             )
@@ -340,6 +344,12 @@ class Mover:
         j = bisect.bisect_left(route.ends, s + self._reach(s))
         k = max(k, j)
         return min(last, route.ends[k]) if k < len(route.ends) else last
+
+
+def _settled_until(law: TimeLaw) -> float:
+    """Time on the clock up to which the law does not yet feel that it ends."""
+    rising = np.flatnonzero(np.diff(law.v) >= 0.0)
+    return law.t0 + float(law.t[rising[-1] + 1]) - _FELT_BEFORE if rising.size else -np.inf
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,21 +7,27 @@
 #ifndef VIAPOINT_LOOPS_H
 #define VIAPOINT_LOOPS_H
 
+#if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__)
+#define WIDE __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
+#else
+#define WIDE
+#endif
+
 #define LOWER(a, b) ((a) < (b) ? (a) : (b))
 #define HIGHER(a, b) ((a) > (b) ? (a) : (b))
 
-static void bands2(int n, const double *restrict lo, const double *restrict hi, const double *restrict c,
+WIDE static void bands2(int n, const double *restrict lo, const double *restrict hi, const double *restrict c,
                    double *restrict y) {
     for (int i = 0; i < n; i++) y[i] = lo[i] * c[i] + hi[i] * c[i + 1];
 }
 
-static void bands3(int n, const double *restrict jm, const double *restrict j0, const double *restrict jp,
+WIDE static void bands3(int n, const double *restrict jm, const double *restrict j0, const double *restrict jp,
                    const double *restrict c, double *restrict y) {
     for (int i = 0; i < n; i++) y[i] = jm[i] * c[i] + j0[i] * c[i + 1] + jp[i] * c[i + 2];
 }
 
 /* Residuals, inverse slacks, products and worst residuals of both sides. */
-static void measure(int n, const double *restrict above, const double *restrict below, const double *restrict y,
+WIDE static void measure(int n, const double *restrict above, const double *restrict below, const double *restrict y,
                     double *restrict s, double *restrict z, double *restrict r, double *restrict inv,
                     double *restrict s2, double *restrict z2, double *restrict r2, double *restrict inv2,
                     double *restrict gap, double *restrict worst) {
@@ -38,7 +44,7 @@ static void measure(int n, const double *restrict above, const double *restrict 
 }
 
 /* Weights z/s of both sides: their sum and difference; forces -w r of both: difference and sum. */
-static void weigh(int n, const double *restrict z, const double *restrict r, const double *restrict inv,
+WIDE static void weigh(int n, const double *restrict z, const double *restrict r, const double *restrict inv,
                   const double *restrict z2, const double *restrict r2, const double *restrict inv2,
                   double *restrict both, double *restrict skew, double *restrict force, double *restrict total) {
     for (int i = 0; i < n; i++) {
@@ -52,7 +58,7 @@ static void weigh(int n, const double *restrict z, const double *restrict r, con
 }
 
 /* d = ds/s of the predictor on both sides, extremes and products. */
-static void predict(int n, const double *restrict curve, const double *restrict y, const double *restrict s,
+WIDE static void predict(int n, const double *restrict curve, const double *restrict y, const double *restrict s,
                     const double *restrict z, const double *restrict r, const double *restrict inv,
                     double *restrict d, const double *restrict s2, const double *restrict z2,
                     const double *restrict r2, const double *restrict inv2, double *restrict d2,
@@ -71,7 +77,7 @@ static void predict(int n, const double *restrict curve, const double *restrict 
 }
 
 /* Centring terms (mu - ds dz)/s replace d; forces of both sides: difference and sum. */
-static void centre(int n, double mu, double product, const double *restrict s, const double *restrict z,
+WIDE static void centre(int n, double mu, double product, const double *restrict s, const double *restrict z,
                    const double *restrict r, const double *restrict inv, double *restrict d,
                    const double *restrict s2, const double *restrict z2, const double *restrict r2,
                    const double *restrict inv2, double *restrict d2, double *restrict force,
@@ -88,7 +94,7 @@ static void centre(int n, double mu, double product, const double *restrict s, c
 }
 
 /* Corrector's steps: ds replaces r, dz replaces d; extremes of ds/s and dz/z. */
-static void direct(int n, const double *restrict curve, const double *restrict y, const double *restrict z,
+WIDE static void direct(int n, const double *restrict curve, const double *restrict y, const double *restrict z,
                    double *restrict r, const double *restrict inv, double *restrict d, const double *restrict z2,
                    double *restrict r2, const double *restrict inv2, double *restrict d2, double *restrict low,
                    double *restrict dual) {
@@ -106,12 +112,12 @@ static void direct(int n, const double *restrict curve, const double *restrict y
     }
 }
 
-static void advance(int n, double step, const double *restrict change, double *restrict x) {
+WIDE static void advance(int n, double step, const double *restrict change, double *restrict x) {
     for (int i = 0; i < n; i++) x[i] += step * change[i];
 }
 
 /* Jerk slacks follow the curved bound, as far as `growth` times themselves. */
-static void follow(int n, double growth, const double *restrict room, const double *restrict y, double *restrict s,
+WIDE static void follow(int n, double growth, const double *restrict room, const double *restrict y, double *restrict s,
                    double *restrict s2) {
     for (int i = 0; i < n; i++) {
         double ru = room[i] - y[i], rl = room[i] + y[i];
@@ -124,7 +130,7 @@ static void follow(int n, double growth, const double *restrict room, const doub
 }
 
 /* Hessian contributions of acceleration rows: on the coefficient before a knot, behind it, and mixed. */
-static void square2(int n, const double *restrict lo, const double *restrict hi, const double *restrict w,
+WIDE static void square2(int n, const double *restrict lo, const double *restrict hi, const double *restrict w,
                     double *restrict before, double *restrict behind, double *restrict mixed) {
     for (int i = 0; i < n; i++) {
         double high = w[i] * hi[i];
@@ -135,7 +141,7 @@ static void square2(int n, const double *restrict lo, const double *restrict hi,
 }
 
 /* Hessian contributions of jerk rows; g: slope of the right side. */
-static void square3(int n, const double *restrict jm, const double *restrict j0, const double *restrict jp,
+WIDE static void square3(int n, const double *restrict jm, const double *restrict j0, const double *restrict jp,
                     const double *restrict g, const double *restrict both, const double *restrict skew,
                     double *restrict own, double *restrict before, double *restrict behind,
                     double *restrict with_before, double *restrict with_behind, double *restrict across) {
@@ -150,7 +156,7 @@ static void square3(int n, const double *restrict jm, const double *restrict j0,
     }
 }
 
-static void back2(int n, const double *restrict lo, const double *restrict hi, const double *restrict force,
+WIDE static void back2(int n, const double *restrict lo, const double *restrict hi, const double *restrict force,
                   double *restrict before, double *restrict behind) {
     for (int i = 0; i < n; i++) {
         behind[i] += force[i] * hi[i];
@@ -158,7 +164,7 @@ static void back2(int n, const double *restrict lo, const double *restrict hi, c
     }
 }
 
-static void back3(int n, const double *restrict jm, const double *restrict j0, const double *restrict jp,
+WIDE static void back3(int n, const double *restrict jm, const double *restrict j0, const double *restrict jp,
                   const double *restrict g, const double *restrict force, const double *restrict total,
                   double *restrict own, double *restrict before, double *restrict behind) {
     for (int i = 0; i < n; i++) {

@@ -15,6 +15,7 @@ from viapoint.runtime.timing.estimate import StraightLine
 from viapoint.runtime.timing.law import PROGRAMMED_SPEED, UNLIMITED, Knots
 from viapoint.runtime.timing.limits import AxisLimits
 from viapoint.runtime.timing.rows import Problem, Rows
+from viapoint.runtime.timing.selection import usage
 
 Codes = npt.NDArray[np.int16]
 
@@ -27,13 +28,8 @@ _CHANGING: Final = 1e-6
 
 def of_rows(rows: Rows, problem: Problem, c: Floats) -> Codes:
     """Codes (n,) of the pieces: the largest of all scaled rows there."""
-    m = len(problem.jm) // 2
-    before, behind = np.append(0.0, c), np.append(c, 0.0)
-    knots = np.abs(problem.lo[:m] * before + problem.hi[:m] * behind)
+    knots, jerk = usage(problem, c)
     acceleration = np.maximum(knots[:, 1:], knots[:, :-1])
-    beside = (np.append(0.0, c[:-1]), c, np.append(c[1:], 0.0))
-    ends = np.abs(sum(j * x for j, x in zip((problem.jm, problem.j0, problem.jp), beside, strict=True)))
-    jerk = np.maximum(ends[:m], ends[m:]) * np.sqrt(c)
     root = np.sqrt(c)
     axes = np.maximum(np.maximum(acceleration, jerk), rows.axis_speed * root)
     return _largest(axes, root / rows.programmed[1])

@@ -12,13 +12,14 @@ from typing import Final
 import numpy as np
 
 from viapoint.runtime.records import Floats
-from viapoint.runtime.timing import programmed, solver
+from viapoint.runtime.timing import programmed, selection, solver
 from viapoint.runtime.timing.core import chosen
 from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.law import UNLIMITED, Knots, Quality, TimeLaw, hermite
 from viapoint.runtime.timing.report import of_rows
 from viapoint.runtime.timing.rows import Tightening, tightened
 from viapoint.runtime.timing.section import Plan, Request, Section, State
+from viapoint.runtime.timing.selection import Selection
 from viapoint.runtime.timing.ticks import Ratios
 from viapoint.runtime.timing.tighten import tighten
 
@@ -29,7 +30,7 @@ _ROUNDING: Final = 1e-9
 """Ratios over a limit by this much are rounding of differences."""
 
 _ROUGHLY: Final = 5e-2
-_FINALLY: Final = 3e-3
+_FINALLY: Final = 1e-3
 """Duality gap, of the duration: a first solve only finds √x at the ends of pieces for the second."""
 
 _PASSES: Final = 12
@@ -107,6 +108,7 @@ class Search:
         self.joint = joint
         self.passes = 0
         self.solved: solver.State | None = None
+        self.selected: Selection | None = None
 
     def run(self) -> TimeLaw:
         """The first law whose ticks are within all limits; if none is, the last one found."""
@@ -135,13 +137,24 @@ class Search:
 
     def _solve(self, c: Floats, factors: Tightening, tolerance: float) -> Floats | None:
         """Better coefficients; None if the rows contradict each other (tightened against a given start)."""
-        problem = tightened(self.section.rows, factors, c)
-        if self.solved is None:
-            self.solved = solver.fresh(problem, c)
-        else:
-            solver.lift(problem, c, self.solved)
-        better = chosen().improve(problem, c, self.solved, tolerance, _ITERATIONS)
-        return better if self._sensible(better, self.solved) else None
+        every = tightened(self.section.rows, factors, c)
+        selected = self.selected or selection.select(every, c)
+        while True:
+            problem = selection.cut(every, selected)
+            if self.solved is None:
+                self.solved = solver.fresh(problem, c)
+            elif selected is self.selected:
+                solver.lift(problem, c, self.solved)
+            else:
+                self.solved = replace(solver.fresh(problem, c), iterations=self.solved.iterations)
+            self.selected = selected
+            c = chosen().improve(problem, c, self.solved, tolerance, _ITERATIONS)
+            if not self._sensible(c, self.solved):
+                return None
+            more = selection.missed(every, c, selected)
+            if more is None:
+                return c
+            selected = more
 
     def _sensible(self, c: Floats, state: solver.State) -> bool:
         duration = solver.duration(self.spline.weight, c)
