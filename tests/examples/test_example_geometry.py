@@ -84,6 +84,8 @@ def test_tcp_is_on_the_programmed_geometry(example: Example) -> None:
         for corner, beside in ((block.before, place), (block.after, block.curve.length - place)):
             near = beside < corner.effective + ON_CURVE
             allowed[near] = np.inf if corner.rounded else done.cell.path_tolerance
+            if not corner.stop:
+                allowed[beside <= 0.0] = np.inf  # beyond the corner: beside the other motion
         over = distance - allowed
         assert over.max() <= 0.0, f"{where}: {distance[over.argmax()] / 1e-3} mm from its path"
 
