@@ -347,7 +347,10 @@ class Mover:
 
 
 def _settled_until(law: TimeLaw) -> float:
-    """Time on the clock up to which the law does not yet feel that it ends."""
+    """Time on the clock up to which the law does not yet feel that it ends; exact profiles are planned anew
+    at once."""
+    if law.plan is None:
+        return -np.inf
     rising = np.flatnonzero(np.diff(law.v) >= 0.0)
     return law.t0 + float(law.t[rising[-1] + 1]) - _FELT_BEFORE if rising.size else -np.inf
 
