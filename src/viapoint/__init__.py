@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from viapoint.checking import CheckReport, check_program
     from viapoint.interactive import Interactive
     from viapoint.language.diagnostics import Diagnostic, Severity
+    from viapoint.realtime import Punctuality, Sender, SenderError
     from viapoint.report import run_report
     from viapoint.runtime.cell import Cell, CellError, default_cell, load_cell, load_cells
     from viapoint.runtime.recording import Recorder, Recording, RecordingError, load_recording
@@ -37,6 +38,7 @@ __all__ = [
     "Diagnostic",
     "Event",
     "Interactive",
+    "Punctuality",
     "Recorder",
     "Recording",
     "RecordingError",
@@ -44,6 +46,8 @@ __all__ = [
     "RobotError",
     "Scenario",
     "ScenarioError",
+    "Sender",
+    "SenderError",
     "Session",
     "Severity",
     "Station",
@@ -66,6 +70,7 @@ _HOMES = {
     "viapoint.checking": ("CheckReport", "check_program"),
     "viapoint.interactive": ("Interactive",),
     "viapoint.language.diagnostics": ("Diagnostic", "Severity"),
+    "viapoint.realtime": ("Punctuality", "Sender", "SenderError"),
     "viapoint.report": ("run_report",),
     "viapoint.runtime.cell": ("Cell", "CellError", "default_cell", "load_cell", "load_cells"),
     "viapoint.runtime.recording": ("Recorder", "Recording", "RecordingError", "load_recording"),

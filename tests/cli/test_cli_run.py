@@ -282,12 +282,32 @@ def test_cut_off_recording_is_exported_with_a_note(recorded, cli, tmp_path: Path
     assert "cut off or damaged" in outcome.err
 
 
+def test_a_run_in_real_time_says_how_it_kept_its_time(cli) -> None:
+    begin = time.monotonic()
+    report = json.loads(cli("run", *PART, "--realtime", "--format", "json").out)
+    assert time.monotonic() - begin > report["duration_s"]
+    assert list(report) == [*REPORT_KEYS, "realtime"]
+    kept = report["realtime"]
+    assert kept["ticks"] == report["ticks"] + 1
+    assert list(kept["late_us"]) == ["p50", "p99", "p99_9", "max"]
+    same = json.loads(cli("run", *PART, "--format", "json").out)
+    assert same["events"] == report["events"]
+    assert same["final"] == report["final"]
+
+
+def test_a_run_in_real_time_tells_its_punctuality(cli, tmp_path: Path) -> None:
+    (tmp_path / "short.via").write_text("MJ J1=2 F100\n")
+    said = cli("run", tmp_path / "short.via", "--realtime").out.splitlines()[-1]
+    assert re.match(r"real time: \d+ ticks, \d+ deadlines? missed.*; late by \d+ µs \(median\)", said)
+
+
+@pytest.mark.parametrize("more", [[], ["--realtime"]])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_interrupted_run_leaves_report_and_recording(number: int, tmp_path: Path) -> None:
+def test_interrupted_run_stops_on_the_path(number: int, more: list[str], tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     command = [
         sys.executable, "-m", "viapoint", "run", "endless.via", "--cell", "cell.toml",
-        "--record", str(path), "--format", "json",
+        "--record", str(path), "--format", "json", *more,
     ]  # fmt: skip
     process = subprocess.Popen(command, cwd=FILES, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
@@ -305,6 +325,9 @@ def test_interrupted_run_leaves_report_and_recording(number: int, tmp_path: Path
     assert recording.problem is None
     assert recording.result["status"] == "stopped"
     assert len(recording.trace) == report["ticks"] + 1
+    assert recording.trace.speed[-1] < 1e-4
+    assert max(report["limits"]["joint_acceleration"]) <= 1.0 + 1e-9
+    assert ("realtime" in report) == bool(more)
 
 
 @pytest.mark.parametrize(("file", "code", "line"), [("poll.via", "E302", 8), ("spin.via", "E401", 2)])

@@ -159,6 +159,7 @@ COMMANDS = (
             ),
             _option("--await-client", action="store_true", help="begin when a client of --serve says start"),
             _option("--window", metavar="N", type=_whole, default=512, help="ticks computed at once"),
+            _option("--realtime", action="store_true", help="every tick at its time on the clock"),
             FORMAT,
         ),
         "viapoint run part.via --cell cell.toml --record part.mcap",

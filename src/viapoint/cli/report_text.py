@@ -11,6 +11,7 @@ from viapoint.narration import event_text, fixed, number
 if TYPE_CHECKING:
     from viapoint.cli.running import Peaks
     from viapoint.language.diagnostics import Diagnostic
+    from viapoint.realtime import Punctuality
     from viapoint.runtime.records import Event
     from viapoint.session import Session
 
@@ -114,3 +115,16 @@ def _summary(session: Session, name: str) -> str:
 
 def _count(number: int, word: str) -> str:
     return f"{number} {word}{'' if number == 1 else 's'}"
+
+
+def punctuality_text(kept: Punctuality) -> str:
+    """How a run in real time kept its time, in a line."""
+    late = kept.late_us
+    missed = f"{_count(kept.missed, 'deadline')} missed"
+    if kept.missed:
+        missed += f" ({kept.starved} not computed in time), {kept.slip_s * 1e3:.1f} ms lost"
+    return (
+        f"real time: {_count(kept.ticks, 'tick')}, {missed}; late by {late['p50']:.0f} µs (median), "
+        f"{late['p99']:.0f} µs (99 %), {late['p99_9']:.0f} µs (99.9 %), {late['max']:.0f} µs at most; "
+        f"priority {kept.priority}"
+    )

@@ -6,7 +6,8 @@ import signal
 import sys
 from argparse import Namespace
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
+from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -17,6 +18,7 @@ from viapoint.cli.output import keep_inputs, note, print_json
 
 if TYPE_CHECKING:
     from viapoint.language.diagnostics import Diagnostic
+    from viapoint.realtime import Sender
     from viapoint.runtime.cell import Cell
     from viapoint.runtime.path import Piece
     from viapoint.runtime.recording import Recorder, RunInfo
@@ -63,11 +65,13 @@ def _run(chosen: Namespace) -> int:
 
 def _run_for_people(job: _Job, chosen: Namespace) -> None:
     from viapoint.cli.live import live_line
-    from viapoint.cli.report_text import print_report
+    from viapoint.cli.report_text import print_report, punctuality_text
 
     with live_line(chosen.file.name, job.loaded.source) as live:
         job.run(live)
     print_report(job.session, job.peaks, job.diagnostics(), chosen.file.name)
+    if job.sender is not None and job.sender.punctuality is not None:
+        print(punctuality_text(job.sender.punctuality))
     if chosen.record is not None:
         note(f"recording: {chosen.record}")
 
@@ -77,7 +81,10 @@ def _run_for_json(job: _Job) -> None:
     from viapoint.report import run_report
 
     job.run()
-    print_json(run_report(job.session, [to_json(diagnostic) for diagnostic in job.diagnostics()]))
+    report = run_report(job.session, [to_json(diagnostic) for diagnostic in job.diagnostics()])
+    if job.sender is not None and job.sender.punctuality is not None:
+        report["realtime"] = asdict(job.sender.punctuality)
+    print_json(report)
 
 
 def refused(diagnostics: list[dict[str, Any]]) -> dict[str, Any]:
@@ -124,6 +131,13 @@ class _Job:
         self.recorder: Recorder | None = None
         if getattr(chosen, "record", None) is not None:
             self.recorder = recorder_of(chosen, cell, self.loaded, self.scenario)
+        self.sender: Sender | None = None
+        window = getattr(chosen, "window", 1024)
+        if getattr(chosen, "realtime", False):
+            from viapoint.realtime import Sender
+
+            self.sender = Sender(self.cell.tick)
+            window = min(window, self.sender.window)
         listeners: list[Listener] = [self.peaks]
         if self.recorder is not None:
             listeners.append(self.recorder)
@@ -136,7 +150,7 @@ class _Job:
             self.loaded,
             scenario=self.scenario,
             override=getattr(chosen, "override", 100.0) / 100.0,
-            window=getattr(chosen, "window", 1024),
+            window=window,
             max_time=chosen.max_time,
             cycles=chosen.cycles,
             last_line=getattr(chosen, "to", None),
@@ -158,19 +172,21 @@ class _Job:
             self.recorder.programmed_path(_outline(piece))
 
     def run(self, live: Any = None) -> None:
-        """To the end, or to Ctrl-C; the recording is closed in any case."""
+        """To the end, or to Ctrl-C: then to a stop on the path. The recording is closed in any case."""
         from viapoint.session import Status
 
         try:
-            with Stop() as stop:
+            with self.sender or nullcontext(), Stop() as stop:
                 self._attend(stop)
                 for window in self.session.run():
                     if live is not None:
                         live(window, self.session)
+                    if self.sender is not None:
+                        self.sender.send(window)
                     self._attend(stop)
-                    if stop.asked:
+                    if stop.asked and not self.interrupted:
                         self.interrupted = True
-                        break
+                        self.session.stop()
         except KeyboardInterrupt:
             self.interrupted = True
         finally:
@@ -228,7 +244,7 @@ def _attendant(chosen: Namespace) -> Attendant | None:
 
 
 class Stop:
-    """Ctrl-C or SIGTERM ends a run between two windows, with everything in order; the second one at once."""
+    """Ctrl-C or SIGTERM stops the robot on its path, everything in order; the second one ends at once."""
 
     def __init__(self) -> None:
         self.asked = False

@@ -17,14 +17,18 @@ if TYPE_CHECKING:
     from viapoint.runtime.recording import Recorder
     from viapoint.session import Listener, Session
 
-FOR_ONE = {"to": "names a line of one program", "serve": "serves one robot"}
+FOR_ONE = {
+    "to": "names a line of one program",
+    "serve": "serves one robot",
+    "realtime": "sends the ticks of one robot",
+}
 """Options that are of one robot, and why."""
 
 
 def run_station(chosen: Namespace, cells: tuple[Cell, ...]) -> int:
     """Run the programs of all robots; FILE is that of the robots for which the cell names none."""
     for name, why in FOR_ONE.items():
-        if getattr(chosen, name, None) is not None:
+        if getattr(chosen, name, None) not in (None, False):
             raise UsageError(f"--{name} {why}; the cell has {len(cells)} robots")
     job = _Job(chosen, cells)
     job.run()
@@ -75,15 +79,16 @@ class _Job:
             self.recordings.append((own.record, recorder_of(own, cell, loaded, self.scenario)))
 
     def run(self) -> None:
-        """To the end, or to Ctrl-C; recordings are closed in any case."""
+        """To the end, or to Ctrl-C: then to a stop on the paths. Recordings are closed in any case."""
         from viapoint.session import Status
 
         try:
             with Stop() as stop:
                 for _ in self.station.run():
-                    if stop.asked:
+                    if stop.asked and not self.interrupted:
                         self.interrupted = True
-                        break
+                        for session in self.station.sessions:
+                            session.stop()
         except KeyboardInterrupt:
             self.interrupted = True
         finally:
