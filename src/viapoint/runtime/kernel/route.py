@@ -15,7 +15,7 @@ import numpy as np
 
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.axispath import AxisPath
-from viapoint.runtime.kernel.failure import JointJump, OutOfReach
+from viapoint.runtime.kernel.failure import JointJump, OutOfReach, PlanningError
 from viapoint.runtime.kernel.joints import leaving_singular, tcp_kinematics
 from viapoint.runtime.kernel.resolver import Resolved
 from viapoint.runtime.kernel.sampling import NearSingular
@@ -58,6 +58,7 @@ class Route:
         self._places: dict[int, float] = {}
         self._count = 0  # pieces taken, as the chain counts them
         self._after = {0: 0.0}  # s after the first so many pieces
+        self._cut = np.inf  # s where the route was cut off
         self._before: Piece | None = None
         self._waiting: list[_Waiting] = []
         self._configuration: int | None = None
@@ -68,7 +69,7 @@ class Route:
     @property
     def end(self) -> float:
         """s up to which the route can be travelled."""
-        return self.axes.length
+        return min(self.axes.length, self._cut)
 
     @property
     def begin(self) -> float:
@@ -90,19 +91,31 @@ class Route:
     def take(self, pieces: Sequence[Piece], marks: Sequence[Mark]) -> None:
         """Compile finished pieces onto the end and note where their motions end.
 
-        Raises PlanningError; what was compiled before it stays.
+        Raises PlanningError; what was compiled before it stays, but for the motion into a round edge that
+        fails: it is not begun.
         """
+        before, end = self._count, self._count + len(pieces)
         try:
             for k, piece in enumerate(pieces):
                 self._add(piece, pieces[k + 1] if k + 1 < len(pieces) else None)
             self._compile()
+        except PlanningError:
+            end = before + _whole(pieces, self._count - before)
+            self._cut_off(self._after[end])
+            raise
         finally:
             self._waiting.clear()
             for mark in marks:
-                if mark.pieces <= self._count:
+                if mark.pieces <= end:
                     self._places[mark.tag] = self._after[mark.pieces]
             for old in [count for count in self._after if count < self._count - len(pieces)]:
                 del self._after[old]
+
+    def _cut_off(self, s: float) -> None:
+        """The route ends at s, although more was compiled."""
+        self._cut = s
+        self.ends = [end for end in self.ends if end <= s]
+        self.stops = [stop for stop in self.stops if stop <= s]
 
     def stop_here(self) -> None:
         """The route is passed with an exact stop at its present end."""
@@ -295,3 +308,12 @@ class Route:
             self._bound(start, motion, joint_space=True)
             self.ends.append(self.end)
         self.stops.append(self.end)
+
+
+def _whole(pieces: Sequence[Piece], done: int) -> int:
+    """How many of the `done` pieces stay where the next one failed: no line that leads into a round edge."""
+    if done < len(pieces) and pieces[done].is_edge:
+        done -= 0 if pieces[done].ends else 1  # to its first half
+        leads_in = done > 0 and pieces[done - 1].tag == pieces[done].tag and not pieces[done - 1].is_edge
+        return done - leads_in
+    return done
