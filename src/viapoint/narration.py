@@ -19,7 +19,8 @@ def event_text(event: Event) -> str:
             ahead = " (ahead)" if data.get("ahead") else ""
             return f"{data['signal']} is {_on_off(data['value'])}{place}{ahead}"
         case "wait":
-            return f"{data['reason']}: {fixed(number(event, 't_end') - event.t, 3)} s"
+            in_vain = ", in vain" if data.get("timed_out") else ""
+            return f"{data['reason']}: {fixed(number(event, 't_end') - event.t, 3)} s{in_vain}"
         case "block":
             length, seconds = fixed(number(event, "length_mm"), 2), fixed(number(event, "t_end") - event.t, 3)
             limited = f", limited by {data['limited_by']}" if data.get("limited_by") else ""
@@ -38,7 +39,8 @@ def event_text(event: Event) -> str:
 
 
 def _on_off(value: object) -> str:
-    return "on" if value else "off"
+    """The value of a signal; an analog one is a number."""
+    return _plain(value) if isinstance(value, float) else "on" if value else "off"
 
 
 def _plain(value: object) -> str:

@@ -82,6 +82,10 @@ def cell_names(cell: Cell) -> CellNames:
         joints=index.joints,
         auxiliary=index.auxiliary,
         asynchronous=index.asynchronous,
+        analog_inputs=range(1, index.analog_inputs + 1),
+        analog_outputs=range(1, index.analog_outputs + 1),
+        point_names=index.point_names,
+        signal_names=index.signal_names,
     )
 
 

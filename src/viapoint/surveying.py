@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from viapoint.language.commands import MAX_NUMBER
 from viapoint.runtime.kernel import ExecutionError
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.forecast import Forecast, Rest, forecast
@@ -23,9 +24,11 @@ from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.kernel.unsupported import refusal
 from viapoint.runtime.workspace import Monitor
 from viapoint.vm import Machine, Program
+from viapoint.vm.conditions import Condition, Reading
 from viapoint.vm.cycles import main_loop
 from viapoint.vm.folding import Folded, fold
 from viapoint.vm.ports import (
+    AwaitCondition,
     AwaitInput,
     Barrier,
     Call,
@@ -145,8 +148,9 @@ class _Surveyor:
         sink, world = _List(), _Answers(self._cell, script)
         machine = sink.machine = node.machine.twin(sink, world)
         outcome = machine.run()
-        while isinstance(outcome, AwaitInput):
-            world.grant()
+        while isinstance(outcome, AwaitInput | AwaitCondition):
+            limited = isinstance(outcome, AwaitCondition) and outcome.seconds is not None
+            world.grant(holds=not limited)
             outcome = machine.run()
         stretch = self._plan(node, sink)
         if stretch is None:
@@ -221,13 +225,17 @@ class _Answers:
         self._cell = cell
         self._script = script
         self._given: list[bool] = []
-        self._granted = False
+        self._granted: bool | None = None
         self.alternatives: list[tuple[bool, ...]] = []
 
-    def grant(self) -> None:
-        """The read answered last was a wait's: it is asked again, and satisfied; there is no other way."""
-        self._granted = True
-        self.alternatives = [each for each in self.alternatives if len(each) < len(self._given)]
+    def grant(self, *, holds: bool) -> None:
+        """The read answered last was a wait's: it is asked again, and satisfied; there is no other way.
+
+        Unless the wait is over: then it is not (`holds`), and having been satisfied is the other way.
+        """
+        self._granted = holds
+        if holds:
+            self.alternatives = [each for each in self.alternatives if len(each) < len(self._given)]
 
     def read_input(self, index: int, *, line: int, ahead: bool) -> bool:
         return self._read()
@@ -238,13 +246,19 @@ class _Answers:
     def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
         return self._read()
 
+    def read_level(self, reading: Reading, *, line: int, ahead: bool) -> float:
+        return MAX_NUMBER if self._read() else -MAX_NUMBER
+
+    def holds(self, condition: Condition, *, line: int) -> bool:
+        return self._read()
+
     def m_is_synchronous(self, index: int) -> bool:
         return self._cell.m_functions.get(index, True)
 
     def _read(self) -> bool:
-        if self._granted:
-            self._granted = False
-            return True
+        if self._granted is not None:
+            granted, self._granted = self._granted, None
+            return granted
         asked = len(self._given)
         answer = asked < len(self._script) and self._script[asked]
         if len(self._script) <= asked < MOST_READS:

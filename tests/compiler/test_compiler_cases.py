@@ -24,6 +24,10 @@ CELL = CellNames(
     joints=6,
     auxiliary={1},
     asynchronous={7},
+    analog_inputs=range(1, 4),
+    analog_outputs=range(1, 3),
+    point_names={"pick": 1, "Place": 3},
+    signal_names={"gripper": "DO1", "part_present": "DI3", "flow": "AO1", "pressure": "AI2"},
 )
 
 

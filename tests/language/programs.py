@@ -10,7 +10,7 @@ from random import Random
 
 from hypothesis import strategies as st
 
-from viapoint.language.commands import ACTIONS, H_TANGENT, MOTIONS, Domain, Form, Operand
+from viapoint.language.commands import ACTIONS, H_TANGENT, INDEX, MOTIONS, NOT_NEGATIVE, Domain, Form, Operand
 
 NAMES = ("LOOP", "a", "Cut_1", "PART12", "T", "x9y")
 ODD_NUMBERS = ("0", "-1", "1.5", "70000", "1E3", "2e-2", "+4", "-0", "1E10", "007", ".5", "3.")
@@ -37,7 +37,7 @@ def motion(random: Random) -> str:
         words.append(parameter.code + axis + sign + number(random, parameter.domain))
     codes = {parameter.code for parameter in chosen}
     if command.needs and not codes & {"P", "X", "Y", "A"}:
-        words.insert(0, f"P{random.randint(0, 500)}")
+        words.insert(0, random.choice((f"P{random.randint(0, 500)}", "pick", "P(place)")))
     if command.word == "MC" and not any(code.startswith("Q") for code in codes):
         words.append(f"Q{random.randint(0, 500)}")
     return random.choice((" ", " ", "  ", "\t")).join([command.word, *words])
@@ -48,9 +48,17 @@ def condition(random: Random) -> str:
     words = []
     for _ in range(random.randint(1, 4)):
         signal = f"{random.choice(('DI', 'DO', 'M'))}{random.choice(('', ' '))}{random.randint(0, 40)}"
-        forms = (signal, signal, f"NOT {signal}", f"({signal})", "1 < 2", "NOT 3 >= 2*2")
+        forms = (signal, signal, f"NOT {signal}", f"({signal})", "1 < 2", "AI1 > 2.5", "ready")
         words += [random.choice(forms), random.choice(("AND", "AND", "OR"))]
     return " ".join(words[:-1])
+
+
+def output(random: Random, operand: Operand) -> str:
+    """An output by its number or name, with what its command wants of it."""
+    which = random.choice((f"DO{random.choice(('', ' '))}{number(random, INDEX)}", "gripper", "AO 1", "DI1"))
+    if operand is Operand.PULSE:
+        return f"{which} {number(random, NOT_NEGATIVE)}"
+    return f"{which}{random.choice(('', '', '=2.5', ' = -1', ' 3'))}"
 
 
 def action(random: Random) -> str:
@@ -62,12 +70,26 @@ def action(random: Random) -> str:
             return word
         case Operand.CONDITION:
             word = "ELSE IF" if word == "ELSEIF" and random.random() < 0.5 else word
-            return f"{word} {condition(random)}"
+            return f"{word}{random.choice(('', '', ' AHEAD', ' ahead'))} {condition(random)}"
         case Operand.LABEL_TIMES:
             assert domain is not None
             return f"{word} {random.choice(NAMES)}{random.choice(('', ' ' + number(random, domain)))}"
         case Operand.TANGENT:
             return f"{word} {random.choice(('0', '1', '1 H' + number(random, H_TANGENT.domain), '2'))}"
+        case Operand.WAIT:
+            limit = random.choice(("", "", " TIMEOUT 2.5", " TIMEOUT 1 GOTO LOOP", " timeout -1"))
+            waited = random.choice(
+                (f"{condition(random)}{limit}", number(random, NOT_NEGATIVE), f"DI {number(random, INDEX)}")
+            )
+            return f"{word} {waited}"
+        case Operand.OUTPUT | Operand.LEVEL | Operand.PULSE:
+            return f"{word} {output(random, command.operand)}"
+        case Operand.PLACE:
+            place = random.choice(("D20", "D-20.5", "d-0", "S-.5", "S3", "50%", "(2*3) %", "150%", "D", "20"))
+            action = random.choice(
+                ("SET DO1", "RESET clamp", "PULSE DO2 0.5", "M5", "SET AO1=2", "M", "ML P1")
+            )
+            return f"{word} {place} {action}"
         case Operand.VALUE:
             assert domain is not None
             return f"{word}{random.choice(('', ' '))}{number(random, domain)}"

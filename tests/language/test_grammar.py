@@ -14,8 +14,8 @@ from viapoint.language.commands import (
     Form,
     Operand,
 )
-from viapoint.language.grammar import grammar_text, rule_of
 from viapoint.language.parser import parse
+from viapoint.language.rules import grammar_text, rule_of
 from viapoint.language.source import Source
 
 

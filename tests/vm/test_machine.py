@@ -6,7 +6,8 @@ import pytest
 from vm_programs import compiled
 
 from viapoint.vm import CanonicalPort, Machine, ScriptedWorld
-from viapoint.vm.machine import DEPTH_LIMIT, ActiveCall
+from viapoint.vm.frames import ActiveCall
+from viapoint.vm.machine import DEPTH_LIMIT
 from viapoint.vm.ports import (
     AtBarrier,
     AwaitInput,

@@ -111,11 +111,16 @@ class CellChecks:
             self._index("E223", "conveyor", "", index, self._cell.conveyors, span)
 
     def signal(self, kind: str, index: int, span: Span) -> None:
-        """DI or DO, wherever it is read or written; every M function exists."""
-        if kind == "DI":
-            self._index("E224", "digital input", "DI", index, self._cell.inputs, span)
-        elif kind == "DO":
-            self._index("E225", "digital output", "DO", index, self._cell.outputs, span)
+        """A signal, wherever it is read or written; every M function exists."""
+        match kind:
+            case "DI":
+                self._index("E224", "digital input", kind, index, self._cell.inputs, span)
+            case "DO":
+                self._index("E225", "digital output", kind, index, self._cell.outputs, span)
+            case "AI":
+                self._index("E231", "analog input", kind, index, self._cell.analog_inputs, span)
+            case "AO":
+                self._index("E232", "analog output", kind, index, self._cell.analog_outputs, span)
 
     def condition(self, signals: tuple[Signal, ...], start: int) -> None:
         """The signals of a condition in the statement at `start`."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -12,7 +12,8 @@ class CellNames:
 
     `joint_points` are those of `points` that were taught in joint space. `joints` is the number of
     joints, `auxiliary` the numbers of the auxiliary axes. `asynchronous` are the M functions that the
-    cell declares so; every other one is synchronous.
+    cell declares so; every other one is synchronous. `point_names` gives the index of a named point,
+    `signal_names` what a named signal is: DI3, AO1.
     """
 
     points: Collection[int]
@@ -25,3 +26,7 @@ class CellNames:
     joints: int
     auxiliary: Collection[int] = ()
     asynchronous: Collection[int] = ()
+    analog_inputs: Collection[int] = ()
+    analog_outputs: Collection[int] = ()
+    point_names: Mapping[str, int] = field(default_factory=dict)
+    signal_names: Mapping[str, str] = field(default_factory=dict)

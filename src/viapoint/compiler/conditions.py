@@ -6,10 +6,11 @@ from array import array
 from dataclasses import dataclass
 from typing import assert_never
 
-from viapoint.language.tree import And, Compare, Condition, Not, Number, Or, Signal
+from viapoint.language.tree import And, Comparable, Compare, Condition, Named, Not, Number, Or, Signal
+from viapoint.vm.conditions import READINGS
 from viapoint.vm.instructions import Instruction, encode
 
-_READS = {"DI": Instruction.READ_INPUT, "DO": Instruction.READ_OUTPUT, "M": Instruction.READ_M}
+_READS = {kind: instruction for instruction, kind in READINGS.items()}
 
 _COMPARISONS = {
     "=": Instruction.EQUAL,
@@ -44,8 +45,10 @@ def signals_of(condition: Condition) -> tuple[Signal, ...]:
         match node:
             case Signal():
                 found.append(node)
-            case Compare():
-                pass
+            case Named():
+                pass  # not known which signal it is; that is an error of its own
+            case Compare(left=left, right=right):
+                found += [each for each in (left, right) if isinstance(each, Signal)]
             case Not(operand=operand):
                 waiting.append(operand)
             case And(operands=operands) | Or(operands=operands):
@@ -58,10 +61,10 @@ def signals_of(condition: Condition) -> tuple[Signal, ...]:
 def text_of(condition: Condition, *, inner: bool = False) -> str:
     """The condition as a user writes it, in canonical form."""
     match condition:
-        case Signal(kind=kind, number=number):
-            return f"{kind}{number}"
+        case Signal() | Named():
+            return _side(condition)
         case Compare(operator=operator, left=left, right=right):
-            return f"{left.value:.12g} {operator} {right.value:.12g}"
+            return f"{_side(left)} {operator} {_side(right)}"
         case Not(operand=operand):
             return f"NOT {text_of(operand, inner=True)}"
         case And(operands=operands):
@@ -73,27 +76,43 @@ def text_of(condition: Condition, *, inner: bool = False) -> str:
     return f"({text})" if inner else text
 
 
+def _side(side: Comparable) -> str:
+    match side:
+        case Signal(kind=kind, number=number):
+            return f"{kind}{number}"
+        case Named(name=name):
+            return name
+        case Number(value=value):
+            return f"{value:.12g}"
+        case _:
+            assert_never(side)
+
+
 class ConditionLowering:
     """Lowers conditions against one program's numbers."""
 
     def __init__(self, numbers: array[float]) -> None:
         self._numbers = numbers
-        self._known: dict[Condition, LoweredCondition] = {}
+        self._known: dict[tuple[Condition, bool], LoweredCondition] = {}
+        self._ahead = False
         self._indices: dict[float, int] = {}
 
-    def lower(self, condition: Condition) -> LoweredCondition:
+    def lower(self, condition: Condition, *, ahead: bool = False) -> LoweredCondition:
         """The code of `condition`, whose depth the parser has bounded."""
-        known = self._known.get(condition)
+        known = self._known.get((condition, ahead))
         if known is None:
+            self._ahead = ahead
             code = self._code(condition)
             known = LoweredCondition(code, signals_of(condition), text_of(condition))
-            self._known[condition] = known
+            self._known[condition, ahead] = known
         return known
 
     def _code(self, condition: Condition) -> bytes:
         match condition:
             case Signal(kind=kind, number=number):
-                return encode(_READS[kind], number, 0)
+                return encode(_READS[kind], number, int(self._ahead))
+            case Named():
+                return encode(Instruction.READ_INPUT, 0, 0)  # an unknown name: there will be no program
             case Compare(operator=operator, left=left, right=right):
                 return self._push(left) + self._push(right) + encode(_COMPARISONS[operator])
             case Not(operand=operand):
@@ -109,7 +128,9 @@ class ConditionLowering:
         first, *others = map(self._code, operands)
         return first + b"".join(other + joint for other in others)
 
-    def _push(self, number: Number) -> bytes:
+    def _push(self, number: Comparable) -> bytes:
+        if not isinstance(number, Number):
+            return self._code(number)
         index = self._indices.get(number.value)
         if index is None:
             index = self._indices[number.value] = len(self._numbers)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from viapoint.compiler.blocks import Blocks
 from viapoint.compiler.findings import Findings
 from viapoint.language.suggestions import did_you_mean
-from viapoint.language.tree import Goto, Label, Sub, name_key, statement_span
+from viapoint.language.tree import Goto, Label, Sub, WaitFor, name_key, statement_span
 from viapoint.vm.instructions import SIZES, Instruction
 
 COMPARISONS = 20_000
@@ -34,9 +34,15 @@ class Definition:
 class Reference(NamedTuple):
     """A GOTO or SUB whose label may come later: where the operand stands that gets the address."""
 
-    statement: Goto | Sub
+    statement: Goto | Sub | WaitFor
     block: int
     operand: int
+
+    @property
+    def label(self) -> str:
+        """The label's name as written."""
+        assert self.statement.label is not None
+        return self.statement.label
 
 
 class Labels:
@@ -70,7 +76,7 @@ class Labels:
         """The label, if it stands above."""
         return self.defined.get(name_key(name))
 
-    def refer(self, statement: Goto | Sub, operand: int) -> None:
+    def refer(self, statement: Goto | Sub | WaitFor, operand: int) -> None:
         """`statement` jumps to its label; `operand` is where the address goes at the end."""
         self._references.append(Reference(statement, self._blocks.current, operand))
 
@@ -81,10 +87,10 @@ class Labels:
         """
         for reference in self._references:
             statement = reference.statement
-            definition = self.defined.get(name_key(statement.label))
+            definition = self.defined.get(name_key(reference.label))
             if definition is None:
-                if name_key(statement.label) not in excused:
-                    self._unknown(statement)
+                if name_key(reference.label) not in excused:
+                    self._unknown(reference)
                 continue
             self._check(reference, definition)
             if isinstance(statement, Sub):
@@ -94,18 +100,19 @@ class Labels:
             counted = isinstance(statement, Goto) and statement.times is not None
             patch(reference.operand, definition.address + (SIZES[Instruction.LABEL] if counted else 0))
 
-    def _unknown(self, statement: Goto | Sub) -> None:
+    def _unknown(self, reference: Reference) -> None:
+        label = reference.label
         if self._findings.full:
             return
         self._unknown_labels += 1
         near = None
         if self._unknown_labels * len(self.defined) <= COMPARISONS:
-            near = did_you_mean(statement.label, (each.statement.name for each in self.defined.values()))
+            near = did_you_mean(label, (each.statement.name for each in self.defined.values()))
         self._findings.add(
             "E201",
-            self._findings.label_span(statement),
-            f"unknown label `{statement.label}`",
-            near or f"declare it with `{statement.label}:` on a line",
+            self._findings.label_span(reference.statement, label),
+            f"unknown label `{label}`",
+            near or f"declare it with `{label}:` on a line",
         )
 
     def _check(self, reference: Reference, definition: Definition) -> None:
@@ -113,7 +120,7 @@ class Labels:
         if not self._blocks.contains(definition.block, reference.block):
             self._findings.add(
                 "E204",
-                self._findings.label_span(statement),
+                self._findings.label_span(statement, reference.label),
                 f"label `{definition.statement.name}` stands inside an IF block that this line is not in",
                 "put the label in front of the IF or behind its ENDIF",
                 (statement_span(definition.statement), "the label is here"),
@@ -125,7 +132,7 @@ class Labels:
         ):
             self._findings.add(
                 "E203",
-                self._findings.label_span(statement),
+                self._findings.label_span(statement, reference.label),
                 f"a GOTO with a count goes back, but label `{definition.statement.name}` stands below",
                 "leave the count out, or put the label in front of the lines to repeat",
                 (statement_span(definition.statement), "the label is here"),

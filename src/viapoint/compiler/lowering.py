@@ -10,7 +10,6 @@ import struct
 from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
-from operator import itemgetter, sub
 from typing import Any
 
 from viapoint.compiler.blocks import Blocks, OpenIf
@@ -20,11 +19,14 @@ from viapoint.compiler.conditions import ConditionLowering
 from viapoint.compiler.findings import Findings
 from viapoint.compiler.flow import Flow, MotionTraits, loop_without_motion
 from viapoint.compiler.labels import Labels
+from viapoint.compiler.names import Names
+from viapoint.compiler.places import span_map
 from viapoint.language import tree
 from viapoint.language.tree import statement_span
 from viapoint.vm.instructions import SIZES, Instruction, operand_offset, packer
 from viapoint.vm.instructions import Operand as Op
-from viapoint.vm.program import Label, Program, SpanMap, hash_source
+from viapoint.vm.ports import Origin
+from viapoint.vm.program import Label, Program, hash_source
 from viapoint.vm.shapes import INSTRUCTION_BY_WORD
 
 _I = Instruction
@@ -35,6 +37,7 @@ _JUMP_TARGET = operand_offset(_I.JUMP, Op.TARGET)
 _BRANCH_TARGET = operand_offset(_I.JUMP_IF_FALSE, Op.TARGET)
 _REPEAT_TARGET = operand_offset(_I.REPEAT, Op.TARGET)
 _CALL_TARGET = operand_offset(_I.CALL, Op.TARGET)
+_ORIGINS = {"D": Origin.START, "D-": Origin.END, "S-": Origin.TIME, "%": Origin.PART}
 _SPEEDS = frozenset({"F", "FC", "FA"})
 
 Handler = Callable[[Any], None]
@@ -57,6 +60,7 @@ class Lowering:
         self._tree = program
         self._findings = findings
         self._cell = CellChecks(cell, findings, program.source) if cell is not None else None
+        self._names = Names(cell, findings, program.source)
         self._code = bytearray()
         self._numbers: array[float] = array("d")
         self._addresses = array("I")
@@ -74,7 +78,12 @@ class Lowering:
             tree.Tangent: self._tangent,
             tree.Wait: self._wait,
             tree.WaitInput: self._wait_input,
+            tree.WaitFor: self._wait_for,
             tree.SetOutput: self._set_output,
+            tree.SetLevel: self._set_level,
+            tree.Pulse: self._pulse,
+            tree.At: self._at,
+            tree.Sync: self._sync,
             tree.MFunction: self._m_function,
             tree.If: self._if,
             tree.ElseIf: self._else_if,
@@ -142,13 +151,19 @@ class Lowering:
     # Motions and actions
 
     def _motion(self, statement: tree.Motion) -> None:
+        if statement.names:
+            statement = self._names.motion(statement)
         layout, values = statement.layout, statement.values
         plan = self._plans.get(layout) or self._plan(layout)
         numbers = self._numbers
         self._code += _pack_motion(plan.code, plan.shape, len(numbers))
         numbers.extend(values)
         self._flow.motion(statement, plan.traits)
-        for check, at in plan.checks:
+        checks = plan.checks
+        if statement.names:  # unknown ones
+            unknown = {at for at, _ in statement.names}
+            checks = tuple(each for each in checks if each[1] not in unknown)
+        for check, at in checks:
             check(statement, at)
 
     def _plan(self, layout: tree.Layout) -> _MotionPlan:
@@ -195,10 +210,60 @@ class Lowering:
         if self._cell:
             self._cell.signal("DI", statement.input, statement_span(statement))
 
-    def _set_output(self, statement: tree.SetOutput) -> None:
-        self._emit(_I.SET_OUTPUT, statement.output, int(statement.value))
+    def _wait_for(self, statement: tree.WaitFor) -> None:
+        condition = self._names.condition(statement.condition, statement.start)
+        lowered = self._conditions.lower(condition)
+        text = self._text(f"WAIT {lowered.text}")
+        self._emit(_I.BARRIER, text)
+        wait = _I.AWAIT if statement.timeout is None else _I.AWAIT_FOR
+        behind = len(self._code) + SIZES[wait] + len(lowered.code)
+        limit = () if statement.timeout is None else (self._number(statement.timeout),)
+        self._emit(wait, behind, text, *limit)
+        self._code += lowered.code
+        if statement.timeout is not None:
+            operand = len(self._code) + _BRANCH_TARGET
+            self._emit(_I.JUMP_IF_FALSE, behind + SIZES[_I.JUMP_IF_FALSE])
+            if statement.label is not None:
+                self.labels.refer(statement, operand)
+        self._flow.exact_stop("WAIT")
+        self._flow.takes_time()
         if self._cell:
-            self._cell.signal("DO", statement.output, statement_span(statement))
+            self._cell.condition(lowered.signals, statement.start)
+
+    def _sync(self, statement: tree.Sync) -> None:
+        self._emit(_I.BARRIER, self._text("SYNC"))
+        self._flow.exact_stop("SYNC")
+        self._flow.takes_time()
+
+    def _set_output(self, statement: tree.SetOutput) -> None:
+        self._emit(_I.SET_OUTPUT, self._output("DO", statement), int(statement.value))
+
+    def _set_level(self, statement: tree.SetLevel) -> None:
+        self._emit(_I.SET_LEVEL, self._output("AO", statement), self._number(statement.value))
+
+    def _pulse(self, statement: tree.Pulse) -> None:
+        self._emit(_I.PULSE, self._output("DO", statement), self._number(statement.seconds))
+
+    def _output(self, kind: str, statement: tree.SetOutput | tree.SetLevel | tree.Pulse) -> int:
+        index = self._names.output(statement)
+        if self._cell and isinstance(statement.output, int):
+            self._cell.signal(kind, index, statement_span(statement))
+        return index
+
+    def _at(self, statement: tree.At) -> None:
+        self._emit(_I.AT, _ORIGINS[statement.origin].value, self._number(statement.value))
+        action = statement.action
+        if not isinstance(action, tree.MFunction):
+            self._handlers[action.__class__](action)
+            return
+        self._emit(_I.RAISE_M, action.function)
+        if self._cell and self._cell.is_synchronous(action.function):
+            self._findings.add(
+                "E213",
+                statement_span(statement),
+                f"M{action.function} is synchronous: the robot would have to stop on the motion for it",
+                "declare it async under [m_functions] of the cell, or put it behind the motion",
+            )
 
     def _m_function(self, statement: tree.MFunction) -> None:
         self._emit(_I.RAISE_M, statement.function)
@@ -210,8 +275,9 @@ class Lowering:
 
     def _condition(self, statement: tree.If | tree.ElseIf, word: str, arrived: bool) -> tuple[int, bool]:
         """Barrier, condition and its jump: where the jump's target goes, and whether the path stands."""
-        lowered = self._conditions.lower(statement.condition)
-        if lowered.signals and not arrived:
+        condition = self._names.condition(statement.condition, statement.start)
+        lowered = self._conditions.lower(condition, ahead=statement.ahead)
+        if lowered.signals and not arrived and not statement.ahead:
             self._emit(_I.BARRIER, self._text(f"{word} {lowered.text}"))
             self._flow.exact_stop(word)
             arrived = True
@@ -327,17 +393,3 @@ _NEVER_DEAD = frozenset({tree.Label, tree.ElseIf, tree.Else, tree.EndIf, tree.En
 """Statements that need no way to be reached: they open a way, close a block, or only bound the text."""
 
 assert len({SIZES[one] for one in INSTRUCTION_BY_WORD.values()}) == 1
-
-
-def span_map(program: tree.Program, addresses: array[int]) -> SpanMap:
-    """Line and columns of every statement. All by mapping over fields: a loop would cost as much again."""
-    statements = program.statements
-    lines = array("I", map(itemgetter(0), statements))
-    before = [0, *(start - 1 for start in program.source.line_starts)]  # by line: column = offset - before
-    bases = list(map(before.__getitem__, lines))
-    return SpanMap(
-        addresses,
-        lines,
-        array("I", map(sub, map(itemgetter(1), statements), bases)),
-        array("I", map(sub, map(itemgetter(2), statements), bases)),
-    )

@@ -26,10 +26,12 @@ def decision_report(program: tree.Program, cell: CellNames | None = None) -> tup
     asynchronous = cell.asynchronous if cell is not None else ()
     found = []
     for statement in program.statements:
+        barrier = True
         match statement:
-            case tree.If(condition=condition) | tree.ElseIf(condition=condition):
-                names = (f"{signal.kind}{signal.number}" for signal in signals_of(condition))
-                reads = tuple(dict.fromkeys(names))
+            case tree.If(condition=condition, ahead=ahead) | tree.ElseIf(condition=condition, ahead=ahead):
+                reads, barrier = _reads(condition), not ahead
+            case tree.WaitFor(condition=condition):
+                reads = _reads(condition)
             case tree.WaitInput(input=index):
                 reads = (f"DI{index}",)
             case tree.MFunction(function=index) if index not in asynchronous:
@@ -37,5 +39,10 @@ def decision_report(program: tree.Program, cell: CellNames | None = None) -> tup
             case _:
                 continue
         if reads:
-            found.append(Decision(statement.line, reads, True))
+            found.append(Decision(statement.line, reads, barrier))
     return tuple(found)
+
+
+def _reads(condition: tree.Condition) -> tuple[str, ...]:
+    names = (f"{signal.kind}{signal.number}" for signal in signals_of(condition))
+    return tuple(dict.fromkeys(names))

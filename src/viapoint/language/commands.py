@@ -179,6 +179,11 @@ class Operand(Enum):
     LABEL_TIMES = "a label and a repeat count"
     CONDITION = "a condition"
     TANGENT = "0, or 1 and an offset"
+    WAIT = "a number of seconds, or a condition"
+    OUTPUT = "an output"
+    LEVEL = "an output, an analog one with = and its value"
+    PULSE = "an output and a number of seconds"
+    PLACE = "a place and an action"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -265,13 +270,46 @@ ACTIONS: Final = (
         domain=SWITCH,
         example="TANG 1 H45",
     ),
-    _value("WAIT", NOT_NEGATIVE, "stop and wait a number of seconds", "WAIT 0.5"),
-    _value("WAIT DI", INDEX, "stop and wait until a digital input is true", "WAIT DI 3"),
-    _value("SET DO", INDEX, "digital output on when the path gets here", "SET DO 1"),
-    _value("RESET DO", INDEX, "digital output off when the path gets here", "RESET DO 1"),
+    ActionCommand(
+        words=("WAIT",),
+        doc="stop and wait: a number of seconds, or until a condition is true; not longer than TIMEOUT says",
+        operand=Operand.WAIT,
+        domain=NOT_NEGATIVE,
+        example="WAIT DI3 TIMEOUT 2 GOTO LATE",
+    ),
+    ActionCommand(
+        words=("SET",),
+        doc="digital output on, or analog output to a value, when the path gets here",
+        operand=Operand.LEVEL,
+        domain=INDEX,
+        example="SET DO 1",
+    ),
+    ActionCommand(
+        words=("RESET",),
+        doc="digital output off when the path gets here",
+        operand=Operand.OUTPUT,
+        domain=INDEX,
+        example="RESET DO 1",
+    ),
+    ActionCommand(
+        words=("PULSE",),
+        doc="digital output on when the path gets here, and off after a number of seconds",
+        operand=Operand.PULSE,
+        domain=INDEX,
+        example="PULSE DO 1 0.2",
+    ),
     _value("M", INDEX, "M function, synchronous or not as the cell declares it", "M 5"),
-    _condition("IF", "branch on a condition, read when the path arrives"),
-    _condition("ELSEIF", "the next branch"),
+    ActionCommand(
+        words=("AT",),
+        doc="SET, RESET, PULSE or M at a place of the next motion: mm behind its start or before its end, "
+        "seconds before its end, or a part of its length",
+        operand=Operand.PLACE,
+        domain=REAL,
+        example="AT D-20 SET DO1",
+    ),
+    _bare("SYNC", "stop and wait until the path has arrived here"),
+    _condition("IF", "branch on a condition, read when the path arrives; IF AHEAD: read ahead of the path"),
+    _condition("ELSEIF", "the next branch; AHEAD as with IF"),
     _bare("ELSE", "the last branch"),
     _bare("ENDIF", "end of the branches"),
     _jump("GOTO", "jump to a label; with a count, run the body that many times in all"),
@@ -282,17 +320,23 @@ ACTIONS: Final = (
 MOTION_BY_WORD: Final = {command.word: command for command in MOTIONS}
 ACTION_BY_WORD: Final = {command.word: command for command in ACTIONS}
 
-SIGNALS: Final = {"DI": "digital input", "DO": "digital output", "M": "M flag"}
-"""Signals a condition may read."""
+SWITCHES: Final = {"DI": "digital input", "DO": "digital output", "M": "M flag"}
+"""Signals that are true or false, as a condition reads them."""
+
+LEVELS: Final = {"AI": "analog input", "AO": "analog output"}
+"""Signals that are numbers; a condition compares them."""
+
+SIGNALS: Final = SWITCHES | LEVELS
+"""All signals a condition may read."""
+
 
 LATER_STATEMENTS: Final = _words(
-    "SYNC LET DIM WHILE ENDWHILE FOR ENDFOR BREAK CONTINUE GLOBAL USE AT PULSE INC "
-    "ON OFF RETRY RESUME STOP ABORT PRINT"
+    "LET DIM WHILE ENDWHILE FOR ENDFOR BREAK CONTINUE GLOBAL USE INC ON OFF RETRY RESUME STOP ABORT PRINT"
 )
 """First words of statements that the language reserves and this version does not run."""
 
 LATER_WORDS: Final = LATER_STATEMENTS | _words(
-    "AHEAD TO STEP TIMEOUT UNTIL CAPTURE FOUND ERROR ERRNO NEXT HERE TIME TRUE FALSE AI AO "
+    "TO STEP UNTIL CAPTURE FOUND ERROR ERRNO NEXT HERE TIME TRUE FALSE "
     "ABS MIN MAX SQRT SIN COS TAN ATAN2 ROUND FLOOR"
 )
 """All words reserved for constructs to come."""
@@ -302,14 +346,16 @@ FIRST_WORDS: Final = tuple(dict.fromkeys([*MOTION_BY_WORD, *(c.words[0] for c in
 
 _BARE_LETTERS_ARE_NAMES = {"T", "M"}
 KEYWORDS: Final = frozenset(
-    {*FIRST_WORDS, *LATER_WORDS, "DI", "DO", "NOT", "AND", "OR", "MOD"} - _BARE_LETTERS_ARE_NAMES
+    {*FIRST_WORDS, *LATER_WORDS, *SIGNALS, "NOT", "AND", "OR", "MOD", "AHEAD", "TIMEOUT"}
+    - _BARE_LETTERS_ARE_NAMES
 )
 """Refused as names. T and M are commands only before a number: a bare letter is a name."""
 
 CODES_BEFORE_DIGITS: Final = frozenset(
     {
         *(p.code for m in MOTIONS for p in m.parameters if p.form is not Form.ASSIGNED),
-        *("DI", "DO", "AI", "AO", "M", "T"),
+        *SIGNALS,
+        "T",
     }
 )
 """A name made of one of these and digits is refused: P1, DI3, J4."""

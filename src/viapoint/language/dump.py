@@ -24,16 +24,27 @@ def _statement(program: tree.Program, statement: tree.Statement, base: int) -> s
     match statement:
         case tree.Motion():
             spans = parameter_spans(program.source, statement)
-            pairs = zip(statement.layout.codes, statement.values, spans, strict=True)
+            values: list[float | str] = [*statement.values]
+            for at, point in statement.names:
+                values[at] = point
+            pairs = zip(statement.layout.codes, values, spans, strict=True)
             shown = (f"{key} {value!r} @{span.start - base + 1}" for key, value, span in pairs)
             return f"{statement.command} {', '.join(shown)}".rstrip()
         case tree.If() | tree.ElseIf():
-            return f"{name} {condition(statement.condition, statement.start - base + 1)}"
+            ahead = " ahead" if statement.ahead else ""
+            return f"{name}{ahead} {condition(statement.condition, statement.start - base + 1)}"
+        case tree.WaitFor():
+            limit = "" if statement.timeout is None else f" timeout {statement.timeout!r}"
+            otherwise = "" if statement.label is None else f" else {statement.label}"
+            return f"{name} {condition(statement.condition, statement.start - base + 1)}{limit}{otherwise}"
+        case tree.At():
+            place = f"{statement.origin} {statement.value!r}"
+            return f"{name} {place}: {_statement(program, statement.action, base)}"
         case tree.Goto() | tree.Sub():
             return f"{name} {statement.label}" + ("" if statement.times is None else f" x {statement.times}")
         case tree.Label():
             return f"{name} {statement.name}"
-        case tree.Else() | tree.EndIf() | tree.End():
+        case tree.Else() | tree.EndIf() | tree.End() | tree.Sync():
             return name
         case (
             tree.SelectTool()
@@ -42,6 +53,8 @@ def _statement(program: tree.Program, statement: tree.Statement, base: int) -> s
             | tree.Wait()
             | tree.WaitInput()
             | tree.SetOutput()
+            | tree.SetLevel()
+            | tree.Pulse()
             | tree.MFunction()
         ):
             return f"{name} " + " ".join(f"{value!r}" for value in statement[3:])
@@ -56,6 +69,8 @@ def condition(node: tree.Condition | tree.Number, column: int = 1) -> str:
             return f"{node.kind}{node.number}{place}"
         case tree.Number():
             return f"{node.value!r}{place}"
+        case tree.Named():
+            return f"{node.name}{place}"
         case tree.Compare():
             return f"({condition(node.left, column)} {node.operator} {condition(node.right, column)}){place}"
         case tree.Not():

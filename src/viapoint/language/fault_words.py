@@ -13,7 +13,6 @@ from typing import Final
 from viapoint.language.checks import all_parameters
 from viapoint.language.commands import FIRST_WORDS, LATER_WORDS, Form
 from viapoint.language.faults import (
-    LATER,
     bad_number,
     expression_fault,
     later,
@@ -21,7 +20,7 @@ from viapoint.language.faults import (
     unbalanced,
 )
 from viapoint.language.grammar import Fault, Given, Unexpected, missing_blank, parse_value
-from viapoint.language.lexical import NAME, SIGNED, words
+from viapoint.language.lexical import NAME, SIGNED, is_cell_name, words
 from viapoint.language.suggestions import did_you_mean
 
 _WRITTEN: Final = re.compile(r"([A-Za-z]+)([0-9]*)=|([A-Za-z]+)(?=[-+.0-9(])")
@@ -204,6 +203,10 @@ def _enclosed(scan: Scan, key: str, text: str, start: int, at: int, end: int) ->
         scan.faults.append(_shifted(wrong, at))
         return None
     close = _closing(value)
+    named = re.fullmatch(rf"\(\s*({NAME})\s*\)", value[:close])
+    if named is not None and key in ("P", "Q") and is_cell_name(named[1]):
+        scan.given.append(Given(start, at + close, key, 0.0, named[1]))
+        return None if close == len(value) else at + close
     try:
         part = parse_value(value[:close])
     except Fault as fault:
@@ -261,11 +264,8 @@ def _unwritten(scan: Scan, text: str, start: int, end: int, queue: list[tuple[in
         scan.faults.append(
             Fault("E112", message, start, end, "a parameter is a code and its number, as in `F100`")
         )
-    elif re.fullmatch(NAME, word):
-        scan.meant.add("P")
-        message = f"`{word}` is a name; naming points {LATER}"
-        hint = did_you_mean(word, [p.shown for p in known.values()]) or "name a point by its number: `P1`"
-        scan.faults.append(Fault("E118", message, start, end, hint))
+    elif re.fullmatch(NAME, word) and is_cell_name(word):
+        scan.given.append(Given(start, end, "P", 0.0, word))
     else:
         scan.meant.add("P")
         scan.faults.append(Fault("E112", f"unexpected `{word}`", start, end))

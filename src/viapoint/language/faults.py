@@ -11,7 +11,7 @@ from typing import Final
 
 from viapoint.language.commands import ACTION_BY_WORD, FIRST_WORDS, LATER_WORDS, SIGNALS
 from viapoint.language.grammar import Fault, Unexpected
-from viapoint.language.lexical import MAX_LINE, NAME, NUMBER
+from viapoint.language.lexical import MAX_LINE, NAME, NUMBER, is_keyword
 from viapoint.language.suggestions import did_you_mean
 
 LATER: Final = "is not part of this version of the language"
@@ -31,7 +31,10 @@ _FOREIGN_OPERATORS: Final = {
     "%": "MOD",
 }
 _SIGNAL: Final = re.compile(rf"({'|'.join(SIGNALS)})[0-9]+", re.IGNORECASE)
-_LATER_SIGNAL: Final = re.compile(r"(AI|AO)[0-9]*|\$.*|HERE(\..*)?|TIME", re.IGNORECASE)
+_LATER_SIGNAL: Final = re.compile(r"\$.*|HERE(\..*)?|TIME", re.IGNORECASE)
+_AT_PLACE: Final = re.compile(
+    rf"[ \t]*(?:[DS](?:[-+]?{NUMBER}|\(.*\))|(?:[-+]?{NUMBER}|\(.*\))[ \t]*%)", re.IGNORECASE
+)
 _OPERATORS: Final = ("AND", "OR", "NOT", "MOD")
 
 
@@ -97,6 +100,13 @@ def expression_fault(text: str, at: int, what: str = "a condition", hint: str | 
         return Fault("E130", f"`{whole}` is not an operator", start - 1, end, hint)
     if wrong is not None and word in "()":
         return wrong
+    called = re.search(rf"({NAME})[ \t]*$", text[:start]) if word == "(" else None
+    if called is not None and called[1].upper() in LATER_WORDS:
+        return later(called[1], called.start(1), called.end(1))
+    before = re.search(r"([A-Za-z]+)[ \t]*$", text[:start])
+    if before is not None and before[1].upper() in ("AHEAD", "TIMEOUT"):  # read as a name at first
+        hint = "AHEAD stands before the whole condition" if before[1].upper() == "AHEAD" else None
+        return Fault("E112", f"unexpected `{before[1]}`", before.start(1), before.end(1), hint)
     return _word_fault(text, word, start, end)
 
 
@@ -131,7 +141,7 @@ def _word_fault(text: str, word: str, start: int, end: int) -> Fault:
 def _name_fault(word: str, start: int, end: int, complete: bool) -> Fault:
     if word.upper() in _OPERATORS or word.upper() in FIRST_WORDS:
         return Fault("E112", f"unexpected `{word}`", start, end)
-    if complete:
+    if complete or not is_keyword(word):
         hint = did_you_mean(word, ("AND", "OR", "MOD"))
         return Fault("E112", f"unexpected `{word}`", start, end, hint)
     return name_for_number(word, start, end, did_you_mean(word, (*SIGNALS, "NOT")))
@@ -160,11 +170,13 @@ def action_fault(word: str, text: str, error: Unexpected) -> Fault:
             return expression_fault(text, error.at)
         case "GOTO" | "SUB":
             return _jump_fault(word, text, error.at)
-        case "SET" | "RESET":
+        case "SET" | "RESET" | "PULSE":
             return _output_fault(word, text, error.at)
         case "WAIT":
             return _wait_fault(text, error.at)
-        case "ELSE" | "ENDIF" | "END":
+        case "AT":
+            return _place_fault(text, error.at)
+        case "ELSE" | "ENDIF" | "END" | "SYNC":
             return _bare_fault(word, text)
         case _:
             return _index_fault(word, text, error.at)
@@ -221,6 +233,9 @@ def _count_fault(text: str, at: int, what: str, found: str, start: int, end: int
         )
     if "(" in text[:start] + found:
         return expression_fault(text, at, what)
+    if _SIGNAL.fullmatch(found) and not _is_complete(text[:start]):
+        message = f"`{found}` is read while the program runs"
+        return Fault("E112", message, start, end, "write the number itself")
     if re.fullmatch(r"\$?[A-Za-z_][A-Za-z0-9_.]*", found) and not _is_complete(text[:start]):
         return name_for_number(found, start, end)
     hint = "one statement per line" if found.upper() in FIRST_WORDS else None
@@ -228,41 +243,63 @@ def _count_fault(text: str, at: int, what: str, found: str, start: int, end: int
 
 
 def _output_fault(word: str, text: str, at: int) -> Fault:
-    example = f"for instance `{word} DO 1`"
+    example = f"for instance `{ACTION_BY_WORD[word].example}`"
     found, start, end = _at_word(text, 0)
     if not found:
-        return nothing_there(text, "`DO` and a number", example)
+        return nothing_there(text, "`DO` and a number, or a name,", example)
     letters = re.match(r"[A-Za-z_$]*", found)
     kind = letters.group().upper() if letters is not None else ""
-    if kind == "AO":
-        return later("AO", start, start + 2)
-    if kind == "DI":
-        return Fault("E112", "an input cannot be set", start, end, "outputs are `DO`")
-    if kind == "DO":
-        return _number_fault(f"{word} DO", text, max(at, start + 2), example)
+    if kind in ("DI", "AI"):
+        return Fault("E112", "an input cannot be set", start, end, "outputs are `DO` and `AO`")
+    if kind == "AO" and word != "SET":
+        hint = "an analog output is given a value: `SET AO1 = 2.5`"
+        return Fault("E112", f"`{word}` is for digital outputs", start, end, hint)
+    if kind in ("DO", "AO"):
+        return _number_fault(f"{word} {kind}", text, max(at, start + 2), example)
     if kind == "":
         hint = f"write `{word} DO {found}`" if found.isdigit() else example
         return Fault("E113", f"`DO` is expected, not `{found}`", start, end, hint)
-    if re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", found):
-        hint = did_you_mean(kind, ("DO",)) or f"name the output by its number: `{word} DO 1`"
-        return Fault("E118", f"`{found}` is a name; naming signals {LATER}", start, end, hint)
-    return Fault("E112", f"unexpected `{found}`", start, end, example)
+    if kind.startswith("$") or kind in LATER_WORDS:
+        return later(found, start, end)
+    if re.fullmatch(NAME, found) and at > start and not is_keyword(found):
+        return _number_fault(word, text, at, example)
+    near = did_you_mean(kind, ("DO", "AO"))
+    return Fault("E112", f"`{found}` is no output", start, end, near or example)
 
 
 def _wait_fault(text: str, at: int) -> Fault:
     example = "for instance `WAIT 0.5` or `WAIT DI 3`"
+    found, _, _ = _at_word(text, 0)
+    if not found:
+        return nothing_there(text, "a time or a condition", example)
+    if re.match(r"[-+.0-9]", found):
+        return _number_fault("WAIT", text, at, example)
+    limit = re.search(r"\bTIMEOUT\b", text, re.IGNORECASE)
+    if limit is not None and at >= limit.end():
+        return _number_fault("TIMEOUT", text, at, "for instance `WAIT DI3 TIMEOUT 2 GOTO LATE`")
+    return expression_fault(text, at, "a condition", example)
+
+
+def _place_fault(text: str, at: int) -> Fault:
+    example = "for instance `AT D20 SET DO1`, `AT D-20 …`, `AT S-0.1 …`, `AT 50% …`"
     found, start, end = _at_word(text, 0)
     if not found:
-        return nothing_there(text, "a time or `DI` and a number", example)
-    upper = found.upper()
-    if re.fullmatch(r"DI[0-9]*", upper):
-        after = text[at:].split()
-        if after and after[0].upper() in {"AND", "OR", "TIMEOUT"}:
-            return later(f"WAIT … {after[0]}", *_at_word(text, at)[1:], "`WAIT DI n` waits for one input")
-        return _number_fault("WAIT DI", text, max(at, start + 2), example)
-    if re.fullmatch(r"(DO|M)[0-9]*|NOT|\(.*", upper) or _LATER_SIGNAL.fullmatch(found):
-        return later(f"WAIT {found}", start, end, example)
-    return _number_fault("WAIT", text, at, example)
+        return nothing_there(text, "a place and an action", example)
+    placed = _AT_PLACE.match(text)
+    if placed is None:
+        return Fault("E113", f"`{found}` is no place on a motion", start, end, example)
+    action, start, end = _at_word(text, placed.end())
+    if not action:
+        return nothing_there(text, "an action", example)
+    if action.upper() in ("SET", "RESET", "PULSE") and at > start:
+        inner = _output_fault(action.upper(), text[end:], max(at - end, 0))
+        return Fault(
+            inner.code, inner.message, max(inner.start, -MAX_LINE) + end, inner.end + end, inner.hint
+        )
+    if re.match("M[0-9]*$", action, re.IGNORECASE) and at >= end:
+        return _number_fault("M", text, at, example)
+    hint = "on the path stand SET, RESET, PULSE and asynchronous M"
+    return Fault("E112", f"unexpected `{action}` behind the place", start, end, hint)
 
 
 def _index_fault(word: str, text: str, at: int) -> Fault:

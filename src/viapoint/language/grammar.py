@@ -1,4 +1,4 @@
-"""The grammar of one statement: `via.lark` completed from the command table, and its actions.
+"""The grammar of one statement at work: its parser and its actions. Its text is made in `rules.py`.
 
 lark is imported at the first use, because canonical programs never need it and its import takes as
 long as parsing 20,000 lines. The actions build values and conditions; what they find wrong is raised
@@ -8,23 +8,15 @@ as a `Fault`. Statements are judged one by one, so a bad one never disturbs the 
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.resources import files
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from viapoint.language import tree
-from viapoint.language.commands import (
-    ACTIONS,
-    INDEX,
-    MOTIONS,
-    SIGNALS,
-    Form,
-    Operand,
-)
-from viapoint.language.lexical import NAME, NUMBER
+from viapoint.language.commands import INDEX, LEVELS, MOTIONS, SIGNALS
+from viapoint.language.lexical import is_cell_name
+from viapoint.language.rules import grammar_text, rule_of, starts
 
 if TYPE_CHECKING:
     from lark import Lark, Token
@@ -52,7 +44,10 @@ class Unexpected(Exception):
 
 
 class Part(NamedTuple):
-    """An expression: a number (`value`) or a condition (`node`). Places include parentheses."""
+    """An expression: a number (`value`), or what is read (`node`): a condition, an analog signal.
+
+    Places include parentheses.
+    """
 
     start: int
     end: int
@@ -62,74 +57,26 @@ class Part(NamedTuple):
 
 
 class Given(NamedTuple):
-    """A parameter as written: its code (upper case, with `=`) and its value."""
+    """A parameter as written: its code (upper case, with `=`) and its value, or the name of a point."""
 
     start: int
     end: int
     key: str
     value: float
+    name: str | None = None
 
 
 class Operands(NamedTuple):
-    """What an auxiliary statement was given: which of its commands, label, values, condition."""
+    """What an auxiliary statement was given: which of its commands, word, values, condition.
+
+    `label` is a label, a name, or the word that says which form it is (DO, AO, AHEAD, D, S, %).
+    """
 
     command: str
     label: Token | None
     parts: tuple[Part, ...]
     given: Given | None
-
-
-def rule_of(word: str) -> str:
-    """Start rule of the statements whose first word is `word`."""
-    return "motion" if any(word == command.word for command in MOTIONS) else f"on_{word.lower()}"
-
-
-def _alternation(codes: set[str]) -> str:
-    return "|".join(sorted(codes, key=lambda code: (-len(code), code)))
-
-
-def _codes(form: Form) -> str:
-    return _alternation({p.code for m in MOTIONS for p in m.parameters if p.form is form})
-
-
-_OPERAND_RULES: Final = {
-    Operand.NOTHING: "",
-    Operand.VALUE: "value",
-    Operand.LABEL_TIMES: "NAME value?",
-    Operand.CONDITION: "disjunction",
-    Operand.TANGENT: "value parameter?",
-}
-
-
-def _rules() -> tuple[str, tuple[str, ...]]:
-    """Rules of the auxiliary commands, one start rule per first word, and their names."""
-    alternatives: dict[str, list[str]] = {}
-    keywords: set[str] = set()
-    for command in ACTIONS:
-        first, *more = command.words
-        keywords.update(more)
-        body = " ".join([*(f"_{word}" for word in more), _OPERAND_RULES[command.operand]])
-        alias = "take_" + "_".join(command.words).lower()
-        alternatives.setdefault(first, []).append(f"{body} -> {alias}")
-    lines = [f"{rule_of(word)}: " + "\n  | ".join(bodies) for word, bodies in alternatives.items()]
-    lines += [f"_{word}: /{word}(?![A-Za-z_])/i" for word in sorted(keywords)]
-    lines += [f"{word}: /{word}(?![A-Za-z0-9_])/i" for word in ("AND", "OR", "NOT", "MOD")]
-    return "\n".join(lines), tuple(rule_of(word) for word in alternatives)
-
-
-def grammar_text() -> str:
-    """The complete grammar, as lark reads it."""
-    filled = {
-        "RULES": _rules()[0],
-        "GLUED": _codes(Form.GLUED),
-        "ASSIGNED": _codes(Form.ASSIGNED),
-        "NUMBERED": _codes(Form.NUMBERED),
-        "SIGNALS": _alternation(set(SIGNALS)),
-        "NUMBER": NUMBER,
-        "NAME": NAME,
-    }
-    text = files("viapoint.language").joinpath("via.lark").read_text(encoding="utf-8")
-    return re.sub(r"\$([A-Z]+)", lambda found: filled[found.group(1)], text)
+    action: Operands | None = None
 
 
 @lru_cache(maxsize=1)
@@ -137,13 +84,11 @@ def parser() -> Lark:
     """The parser, made once."""
     from lark import Lark
 
-    rules, starts = _rules()
-    assert rules
     return Lark(
         grammar_text(),
         parser="lalr",
         lexer="contextual",
-        start=["motion", "disjunction", *starts],
+        start=["motion", "disjunction", *starts()],
         transformer=Actions(),
         maybe_placeholders=False,
     )
@@ -178,8 +123,19 @@ def parse_value(text: str) -> Part:
 
 
 def as_number(part: Part) -> Part:
-    """`part` if it is a number. Raises Fault if it is a condition."""
+    """`part` if it is a number. Raises Fault if it is a condition, or read from the outside world."""
     if part.value is None:
+        if isinstance(part.node, tree.Named):
+            message = (
+                f"`{part.node.name}` is a name; naming values is not part of this version of the language"
+            )
+            raise Fault("E118", message, part.node.start, part.node.end, "write the number itself")
+        if isinstance(part.node, tree.Signal) and part.node.kind in LEVELS:
+            what = f"`{part.node.kind}{part.node.number}`"
+            message = f"{what} changes while the program runs; this number has to be known before"
+            raise Fault(
+                "E132", message, part.start, part.end, "an analog signal can be compared with a number"
+            )
         message = "a number is expected here, this is a condition"
         raise Fault("E132", message, part.start, part.end, "compare numbers; test signals with AND, OR, NOT")
     return part
@@ -187,11 +143,22 @@ def as_number(part: Part) -> Part:
 
 def as_condition(part: Part) -> tree.Condition:
     """The condition of `part`. Raises Fault if it is a number."""
-    if part.node is None:
+    if part.node is None or (isinstance(part.node, tree.Signal) and part.node.kind in LEVELS):
         message = "a condition is expected here, this is a number"
         hint = "test a signal, as in `DI3`, or compare two numbers, as in `1 < 2`"
         raise Fault("E131", message, part.start, part.end, hint)
     return part.node
+
+
+def as_comparable(part: Part) -> tree.Comparable:
+    """What a comparison compares: a number, an analog signal, a name. Raises Fault for a condition."""
+    match part.node:
+        case tree.Named():
+            return part.node
+        case tree.Signal(kind=kind) if kind in LEVELS:
+            return part.node
+        case _:
+            return tree.Number(part.start, part.end, as_number(part).value or 0.0)
 
 
 def _deeper(inner: Part, start: int, end: int) -> int:
@@ -231,12 +198,27 @@ class Actions:
         for before, after in pairwise(children):
             if before.end == after.start:
                 raise missing_blank(after.start, after.end)
+        for each in children:
+            if each.name is not None and each.key == "P" and each.name.upper() in _BARE_CODES:
+                raise Unexpected(each.start)
         return children
 
     def glued(self, children: list[Any]) -> Given:
         code, part = children
+        if isinstance(part.node, tree.Named) and code.upper() in ("P", "Q"):
+            _touching(code, part)
+            return Given(code.start_pos, part.end, code.upper(), 0.0, part.node.name)
         _adjacent(code, part)
         return Given(code.start_pos, part.end, code.upper(), part.value)
+
+    def point(self, children: list[Any]) -> Given:
+        name = _free(children[0])
+        return Given(name.start_pos or 0, name.end_pos or 0, "P", 0.0, str(name))
+
+    def named(self, children: list[Any]) -> Part:
+        name = _free(children[0])
+        start, end = name.start_pos or 0, name.end_pos or 0
+        return Part(start, end, None, tree.Named(start, end, str(name)), 0)
 
     def assigned(self, children: list[Any]) -> Given:
         code, part = children
@@ -276,9 +258,8 @@ class Actions:
         return Part(start, end, None, made, _deeper(inner, start, end))
 
     def comparison(self, children: list[Any]) -> Part:
-        left, operator, right = as_number(children[0]), str(children[1]), as_number(children[2])
-        ends = [tree.Number(part.start, part.end, part.value or 0.0) for part in (left, right)]
-        made = tree.Compare(left.start, right.end, operator, ends[0], ends[1])
+        left, operator, right = children[0], str(children[1]), children[2]
+        made = tree.Compare(left.start, right.end, operator, as_comparable(left), as_comparable(right))
         return Part(left.start, right.end, None, made, max(left.depth, right.depth))
 
     def sum(self, children: list[Any]) -> Part:
@@ -311,25 +292,41 @@ class Actions:
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("take_"):
-            command = name.removeprefix("take_").upper().replace("_", " ")
+            command = name.removeprefix("take_").upper()
             return lambda children: _operands(command, children)
         raise AttributeError(name)
 
 
 def _signal(word: Token, start: int, end: int, value: float, whole_end: int) -> Part:
     if not INDEX.holds(value):
-        raise Fault("E125", f"the number of a {SIGNALS[word.upper()]} must be {INDEX.text}", start, end)
+        code = "E125" if value < 0 or not value.is_integer() else "E124"
+        raise Fault(code, f"the number of a {SIGNALS[word.upper()]} must be {INDEX.text}", start, end)
     first = word.start_pos or 0
     made = tree.Signal(first, whole_end, word.upper(), int(value))
     return Part(first, whole_end, None, made, 0)
 
 
+_BARE_CODES: Final = frozenset(p.code for m in MOTIONS for p in m.parameters)
+"""A single one of these is a parameter without its value rather than the name of a point."""
+
+
+def _free(name: Token) -> Token:
+    """`name` if something can be called so. Raises Unexpected for words and codes of the language."""
+    if not is_cell_name(name):
+        raise Unexpected(name.start_pos or 0)
+    return name
+
+
 def _adjacent(code: Token, part: Part) -> None:
+    _touching(code, part)
+    as_number(part)
+
+
+def _touching(code: Token, part: Part) -> None:
     if code.end_pos != part.start:
         start, end = code.start_pos or 0, part.end
         hint = f"write the number directly after `{code}`"
         raise Fault("E126", f"`{code}` and its value stand apart", start, end, hint)
-    as_number(part)
 
 
 def missing_blank(start: int, end: int) -> Fault:
@@ -342,5 +339,8 @@ def missing_blank(start: int, end: int) -> Fault:
 def _operands(command: str, children: list[Any]) -> Operands:
     label = next((child for child in children if isinstance(child, str)), None)
     parts = tuple(child for child in children if isinstance(child, Part))
+    if label is not None and command in ("SET", "RESET", "PULSE") and label.upper() not in ("DO", "AO"):
+        _free(label)  # type: ignore[arg-type]
     given = next((child for child in children if isinstance(child, Given)), None)
-    return Operands(command, label, parts, given)  # type: ignore[arg-type]
+    action = next((child for child in children if isinstance(child, Operands)), None)
+    return Operands(command, label, parts, given, action)  # type: ignore[arg-type]

@@ -26,6 +26,9 @@ MAX_LINE: Final = 4096
 """Longest line in characters: no statement comes near; keeps one mangled line from costing a minute."""
 
 _REFUSED: Final = re.compile(rf"(?:{'|'.join(sorted(CODES_BEFORE_DIGITS))})[0-9]+")
+_LETTERS_AND_NUMBER: Final = re.compile("[A-Za-z]{1,2}[0-9]+")
+"""Read otherwise, now or one day: P1, DI3, X100. No cell has such names."""
+
 _STRING_OR_COMMENT: Final = re.compile(r'"(?:[^"\\]|\\.)*"|//|"')
 
 
@@ -43,6 +46,11 @@ def is_free_name(name: str) -> bool:
     """Whether a label may be called `name`, which is a name lexically."""
     upper = name.upper()
     return upper not in KEYWORDS and _REFUSED.fullmatch(upper) is None
+
+
+def is_cell_name(name: str) -> bool:
+    """Whether a cell may call something `name`: not a word of the language, not letters and a number."""
+    return name.upper() not in KEYWORDS and _LETTERS_AND_NUMBER.fullmatch(name) is None
 
 
 def code_end(text: str) -> tuple[int, int | None]:

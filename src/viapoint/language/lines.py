@@ -10,17 +10,14 @@ import re
 from typing import Final
 
 from viapoint.language import tree
+from viapoint.language.building import Place, build_action, domain_fault, label_fault
 from viapoint.language.checks import base_key, check_layout, check_missing, parameters_of
 from viapoint.language.commands import (
     ACTION_BY_WORD,
     FIRST_WORDS,
-    H_TANGENT,
     LATER_STATEMENTS,
     MOTION_BY_WORD,
-    ActionCommand,
-    Domain,
     Operand,
-    Parameter,
 )
 from viapoint.language.diagnostics import Diagnostic, Label
 from viapoint.language.fault_words import scan_parameters
@@ -28,16 +25,12 @@ from viapoint.language.faults import action_fault, later
 from viapoint.language.grammar import (
     Fault,
     Given,
-    Operands,
-    Part,
     Unexpected,
-    as_condition,
-    as_number,
     parse_action,
     parse_motion,
 )
-from viapoint.language.lexical import MAX_LINE, NAME, code_end, is_code, is_keyword
-from viapoint.language.shapes import BARE_NODES, CONDITION_NODES, JUMP_NODES, quick, value_node
+from viapoint.language.lexical import MAX_LINE, NAME, code_end, is_code
+from viapoint.language.shapes import JUMP_NODES, quick
 from viapoint.language.source import Source, Span
 from viapoint.language.suggestions import command_hint
 
@@ -52,7 +45,7 @@ _LONG_QUOTE: Final = re.compile(r"`([^`]{40})[^`]{20,}`")
 _TAKES_GLUED: Final = frozenset(
     command.word
     for command in ACTION_BY_WORD.values()
-    if command.operand in (Operand.VALUE, Operand.TANGENT) and len(command.words) == 1
+    if command.operand in (Operand.VALUE, Operand.TANGENT, Operand.WAIT)
 )
 _LOOK_ALIKES: Final = {
     "\u00a0": "a blank that is not the ordinary one",
@@ -176,7 +169,8 @@ class LineReader:
             self._report(Fault("E123", message, 0, len(word), f"add {need.example}"), start)
         if sound:
             values = _values(word, given)
-            self.statements.append(tree.Motion(self._line, start, start + len(text), layout, values))
+            names = tuple((at, each.name) for at, each in enumerate(given) if each.name is not None)
+            self.statements.append(tree.Motion(self._line, start, start + len(text), layout, values, names))
 
     def _check(self, word: str, given: list[Given], offset: int) -> bool:
         """Report what the table finds wrong with the codes and values of a motion."""
@@ -188,14 +182,17 @@ class LineReader:
             if finding.other is not None:
                 first = given[finding.other]
                 labels = (Label(Span(offset + first.start, offset + first.end), "the other one"),)
-            fault = Fault(finding.code, finding.message, place.start, place.end, finding.hint)
+            message, hint = finding.message, finding.hint
+            if place.name is not None and finding.code == "E122":
+                message = f"`{place.name}` reads as the name of a point, and the target is given already"
+            fault = Fault(finding.code, message, place.start, place.end, hint)
             self._report(fault, offset, labels)
         known = parameters_of(word)
         sound = not findings
         for each in given:
             parameter = known.get(base_key(each.key))
             if parameter is not None and not parameter.domain.holds(each.value):
-                self._report(_domain_fault(each, parameter), offset)
+                self._report(domain_fault(each, parameter), offset)
                 sound = False
         return sound
 
@@ -208,7 +205,7 @@ class LineReader:
                     "SUB NAME(…)", called.start() + 1, called.end(), "a count stands apart: `SUB CUT 3`"
                 )
             operands = parse_action(word, text[after:])
-            made = self._build(operands, start, end, after)
+            made = build_action(operands, Place(self._line, start, end, after), text[after:])
         except Fault as fault:
             self._report(fault, start + after)
         except Unexpected as error:
@@ -218,113 +215,12 @@ class LineReader:
         else:
             self.statements.append(made)
 
-    def _build(self, operands: Operands, start: int, end: int, after: int) -> tree.Statement:
-        command = ACTION_BY_WORD[operands.command]
-        line = self._line
-        match command.operand:
-            case Operand.NOTHING:
-                bare: tree.Statement = BARE_NODES[command.word](line, start, end)
-                return bare
-            case Operand.VALUE:
-                node, tail = value_node(command.word)
-                value = _checked(command, operands.parts[0])
-                single: tree.Statement = node(line, start, end, value, *tail)
-                return single
-            case Operand.TANGENT:
-                on = int(_checked(command, operands.parts[0]))
-                return tree.Tangent(line, start, end, on, _offset(operands, on))
-            case Operand.LABEL_TIMES:
-                label = operands.label
-                assert label is not None
-                refused = label_fault(str(label), label.start_pos or 0)
-                if refused is not None:
-                    raise refused
-                times = int(_checked(command, operands.parts[0])) if operands.parts else None
-                jump: tree.Statement = JUMP_NODES[command.word](line, start, end, str(label), times)
-                return jump
-            case Operand.CONDITION:
-                condition = shift(as_condition(operands.parts[0]), after)
-                branch: tree.Statement = CONDITION_NODES[command.word](line, start, end, condition)
-                return branch
-
-
-def shift(node: tree.Condition, by: int) -> tree.Condition:
-    """The condition with its offsets moved by `by`. Depth is bounded by the grammar."""
-    start, end = node.start + by, node.end + by
-    match node:
-        case tree.Signal():
-            return tree.Signal(start, end, node.kind, node.number)
-        case tree.Not():
-            return tree.Not(start, end, shift(node.operand, by))
-        case tree.Compare():
-            left, right = (
-                tree.Number(each.start + by, each.end + by, each.value) for each in (node.left, node.right)
-            )
-            return tree.Compare(start, end, node.operator, left, right)
-        case tree.And():
-            return tree.And(start, end, tuple(shift(each, by) for each in node.operands))
-        case tree.Or():
-            return tree.Or(start, end, tuple(shift(each, by) for each in node.operands))
-
-
-def label_fault(name: str, start: int) -> Fault | None:
-    """Why a label cannot be called `name`; None if it can."""
-    end = start + len(name)
-    if is_keyword(name):
-        hint = f"choose another name, such as `{name}_1`"
-        return Fault("E114", f"`{name}` is a word of the language and cannot be a label", start, end, hint)
-    if is_code(name):
-        digits = len(name.rstrip("0123456789"))
-        hint = f"choose another name, such as `{name[:digits]}_{name[digits:]}`"
-        return Fault(
-            "E115", f"`{name}` reads as a parameter or signal and cannot be a label", start, end, hint
-        )
-    return None
-
 
 def _values(word: str, given: list[Given]) -> tuple[float, ...]:
     known = parameters_of(word)
     return tuple(
         int(each.value) if known[base_key(each.key)].domain.is_whole else each.value for each in given
     )
-
-
-def _domain_text(domain: Domain, shown: str, value: float) -> tuple[str, str]:
-    code = "E125" if domain.is_whole and (value < 0 or not float(value).is_integer()) else "E124"
-    return code, f"{shown} must be {domain.text}, not {value:.15g}"
-
-
-def _domain_fault(given: Given, parameter: Parameter) -> Fault:
-    code, message = _domain_text(parameter.domain, f"`{given.key}` ({parameter.doc})", given.value)
-    return Fault(code, message, given.start, given.end)
-
-
-def _checked(command: ActionCommand, part: Part) -> float:
-    """The number of `part`, in its domain; an int where the domain is of whole numbers."""
-    value = as_number(part).value or 0.0
-    domain = command.domain
-    assert domain is not None
-    if not domain.holds(value):
-        shown = f"the number of `{command.word}`"
-        if command.operand is Operand.LABEL_TIMES:
-            shown = "the repeat count"
-        code, message = _domain_text(domain, shown, value)
-        raise Fault(code, message, part.start, part.end, f"for instance `{command.example}`")
-    return int(value) if domain.is_whole else value
-
-
-def _offset(operands: Operands, on: int) -> float:
-    given = operands.given
-    if given is None:
-        return 0.0
-    if given.key != H_TANGENT.key:
-        message = f"`TANG` has no parameter `{given.key}`"
-        raise Fault("E121", message, given.start, given.end, "its only parameter is H, as in `TANG 1 H45`")
-    if not on:
-        raise Fault("E121", "`H` has no meaning with `TANG 0`", given.start, given.end, "write `TANG 0`")
-    if not H_TANGENT.domain.holds(given.value):
-        raise _domain_fault(given, H_TANGENT)
-    return given.value
 
 
 def _unexplained(error: Fault | Unexpected, text: str) -> Fault:

@@ -99,7 +99,7 @@ def _read_block(reader: LineReader, line: int, start: int, block: str, lines: li
                 reader.read(number, start, text)
             else:
                 if layout is not None:
-                    append(new(motion, (number, first, end, layout, values)))
+                    append(new(motion, (number, first, end, layout, values, ())))
                 else:
                     append(new(node, (number, first, end, *values, *tail)))
             at += count

@@ -20,9 +20,12 @@ from viapoint.language.commands import (
     ACTIONS,
     COUNT,
     H_TANGENT,
+    INDEX,
     MAX_AXIS,
     MOTION_BY_WORD,
-    SIGNALS,
+    NOT_NEGATIVE,
+    POSITIVE,
+    SWITCHES,
     Domain,
     Form,
     Operand,
@@ -103,13 +106,23 @@ def _motion_words() -> dict[str, dict[str, tuple[str, Converter]]]:
 _VALUE_NODES: Final[dict[str, tuple[type[Any], tuple[Any, ...]]]] = {
     "T": (tree.SelectTool, ()),
     "TRK": (tree.Track, ()),
-    "WAIT": (tree.Wait, ()),
-    "WAIT DI": (tree.WaitInput, ()),
-    "SET DO": (tree.SetOutput, (True,)),
-    "RESET DO": (tree.SetOutput, (False,)),
     "M": (tree.MFunction, ()),
 }
-BARE_NODES: Final[dict[str, type[Any]]] = {"ELSE": tree.Else, "ENDIF": tree.EndIf, "END": tree.End}
+_FORMS: Final[tuple[tuple[str, type[Any], tuple[Domain, ...], tuple[Any, ...]], ...]] = (
+    ("WAIT", tree.Wait, (NOT_NEGATIVE,), ()),
+    ("WAIT DI", tree.WaitInput, (INDEX,), ()),
+    ("SET DO", tree.SetOutput, (INDEX,), (True,)),
+    ("RESET DO", tree.SetOutput, (INDEX,), (False,)),
+    ("PULSE DO", tree.Pulse, (INDEX, POSITIVE), ()),
+)
+"""Forms of commands that take more than a number: words, node, domains of the numbers, tail."""
+
+BARE_NODES: Final[dict[str, type[Any]]] = {
+    "ELSE": tree.Else,
+    "ENDIF": tree.EndIf,
+    "END": tree.End,
+    "SYNC": tree.Sync,
+}
 CONDITION_NODES: Final[dict[str, type[Any]]] = {"IF": tree.If, "ELSEIF": tree.ElseIf}
 JUMP_NODES: Final[dict[str, type[Any]]] = {"GOTO": tree.Goto, "SUB": tree.Sub}
 
@@ -135,7 +148,21 @@ def _action_shapes() -> dict[str, tuple[type[Any], tuple[Converter, ...], tuple[
             table[f"{command.word} {HOLE} {H_TANGENT.code}{HOLE}"] = tree.Tangent, (one, offset), ()
         elif command.operand is Operand.NOTHING:
             table[command.word] = BARE_NODES[command.word], (), ()
+    for words, node, domains, tail in _FORMS:
+        converters = tuple(_converter(domain) for domain in domains)
+        if node is tree.WaitInput:
+            converters = (_unsigned,)
+        form = node, converters, tail
+        holes = " ".join([HOLE] * len(domains))
+        table[f"{words} {holes}"] = table[f"{words}{holes}"] = form
     return table
+
+
+def _unsigned(word: str) -> int:
+    """The number of a signal as conditions write it."""
+    if word.isdecimal() and INDEX.holds(int(word)):
+        return int(word)
+    raise ValueError(word)
 
 
 def _only_one(word: str) -> int:
@@ -198,14 +225,13 @@ def _alternatives(nodes: dict[str, type[Any]]) -> str:
     return "|".join(sorted(nodes, key=len, reverse=True))
 
 
-_SIGNAL: Final = rf"(?:{'|'.join(SIGNALS)})[ \t]*[0-9]{{1,5}}"
 _FLOW: Final = re.compile(
     rf"(?:({NAME}):|({_alternatives(JUMP_NODES)})[ \t]+({NAME})(?:[ \t]+([0-9]{{1,9}}))?"
-    rf"|({_alternatives(CONDITION_NODES)}|ELSE[ \t]+IF)[ \t]+(.+))",
+    rf"|({_alternatives(CONDITION_NODES)}|ELSE[ \t]+IF)[ \t]+(AHEAD[ \t]+)?(.+))",
     re.IGNORECASE | re.DOTALL,
 )
 _TERM: Final = re.compile(
-    rf"(?:(NOT)[ \t]+)?({'|'.join(SIGNALS)})[ \t]*([0-9]{{1,5}})(?:[ \t]+(AND|OR)[ \t]+|$)", re.IGNORECASE
+    rf"(?:(NOT)[ \t]+)?({'|'.join(SWITCHES)})[ \t]*([0-9]{{1,5}})(?:[ \t]+(AND|OR)[ \t]+|$)", re.IGNORECASE
 )
 
 
@@ -214,7 +240,7 @@ def flow(text: str, line: int, start: int) -> tree.Statement | None:
     found = _FLOW.fullmatch(text)
     if found is None:
         return None
-    name, jump, target, times, branch, _ = found.groups()
+    name, jump, target, times, branch, ahead, _ = found.groups()
     end = start + len(text)
     if name is not None:
         return tree.Label(line, start, end - 1, name) if is_free_name(name) else None
@@ -224,11 +250,11 @@ def flow(text: str, line: int, start: int) -> tree.Statement | None:
             return None
         made: tree.Statement = JUMP_NODES[jump.upper()](line, start, end, target, count)
         return made
-    condition = _condition(text, found.start(6))
+    condition = _condition(text, found.start(7))
     if condition is None:
         return None
     node = CONDITION_NODES[branch.upper() if branch.upper() in CONDITION_NODES else "ELSEIF"]
-    conditional: tree.Statement = node(line, start, end, condition)
+    conditional: tree.Statement = node(line, start, end, condition, ahead is not None)
     return conditional
 
 

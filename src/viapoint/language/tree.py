@@ -29,13 +29,17 @@ class Layout(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """ML, MJ, MC, MS, HOME. `values[i]` belongs to `layout.codes[i]`; indices (P Q Z T) are int."""
+    """ML, MJ, MC, MS, HOME. `values[i]` belongs to `layout.codes[i]`; indices (P Q Z T) are int.
+
+    A point that is named stands in `names` with its position in the values, where a 0 holds its place.
+    """
 
     line: int
     start: int
     end: int
     layout: Layout
     values: tuple[float, ...]
+    names: tuple[tuple[int, str], ...] = ()
 
     @property
     def command(self) -> str:
@@ -94,14 +98,45 @@ class WaitInput(NamedTuple):
     input: int
 
 
-class SetOutput(NamedTuple):
-    """SET DO n (`value` True), RESET DO n (False)."""
+class WaitFor(NamedTuple):
+    """WAIT c [TIMEOUT s [GOTO L]]: any condition but a digital input alone."""
 
     line: int
     start: int
     end: int
-    output: int
+    condition: Condition
+    timeout: float | None
+    label: str | None
+
+
+class SetOutput(NamedTuple):
+    """SET DO n (`value` True), RESET DO n (False). An output may be named."""
+
+    line: int
+    start: int
+    end: int
+    output: int | str
     value: bool
+
+
+class SetLevel(NamedTuple):
+    """SET AO n = v. The output may be named."""
+
+    line: int
+    start: int
+    end: int
+    output: int | str
+    value: float
+
+
+class Pulse(NamedTuple):
+    """PULSE DO n s. The output may be named."""
+
+    line: int
+    start: int
+    end: int
+    output: int | str
+    seconds: float
 
 
 class MFunction(NamedTuple):
@@ -113,6 +148,32 @@ class MFunction(NamedTuple):
     function: int
 
 
+PathAction: TypeAlias = SetOutput | SetLevel | Pulse | MFunction
+"""What may stand at a place of a motion."""
+
+
+class At(NamedTuple):
+    """AT where action. `origin` says what `value` counts from: see `Origin` in the machine's ports.
+
+    It is D (mm behind the start), D- (mm before the end), S- (s before the end) or % (of the length).
+    """
+
+    line: int
+    start: int
+    end: int
+    origin: str
+    value: float
+    action: PathAction
+
+
+class Sync(NamedTuple):
+    """SYNC."""
+
+    line: int
+    start: int
+    end: int
+
+
 class Number(NamedTuple):
     """A number in a condition, constants folded."""
 
@@ -122,12 +183,24 @@ class Number(NamedTuple):
 
 
 class Signal(NamedTuple):
-    """DIn, DOn or Mn in a condition. `kind` is DI, DO or M."""
+    """A signal in a condition. `kind` is DI, DO or M, and in a comparison AI or AO."""
 
     start: int
     end: int
     kind: str
     number: int
+
+
+class Named(NamedTuple):
+    """A signal by its name in the cell."""
+
+    start: int
+    end: int
+    name: str
+
+
+Comparable: TypeAlias = Number | Signal | Named
+"""What stands on either side of a comparison."""
 
 
 class Compare(NamedTuple):
@@ -136,8 +209,8 @@ class Compare(NamedTuple):
     start: int
     end: int
     operator: str
-    left: Number
-    right: Number
+    left: Comparable
+    right: Comparable
 
 
 class Not(NamedTuple):
@@ -164,26 +237,28 @@ class Or(NamedTuple):
     operands: tuple[Condition, ...]
 
 
-Condition: TypeAlias = Signal | Compare | Not | And | Or
+Condition: TypeAlias = Signal | Named | Compare | Not | And | Or
 """Offsets of condition nodes count from the start of their statement."""
 
 
 class If(NamedTuple):
-    """IF c."""
+    """IF [AHEAD] c."""
 
     line: int
     start: int
     end: int
     condition: Condition
+    ahead: bool = False
 
 
 class ElseIf(NamedTuple):
-    """ELSEIF c, ELSE IF c."""
+    """ELSEIF [AHEAD] c, ELSE IF c."""
 
     line: int
     start: int
     end: int
     condition: Condition
+    ahead: bool = False
 
 
 class Else(NamedTuple):
@@ -246,8 +321,13 @@ Statement: TypeAlias = (
     | Tangent
     | Wait
     | WaitInput
+    | WaitFor
     | SetOutput
+    | SetLevel
+    | Pulse
     | MFunction
+    | At
+    | Sync
     | If
     | ElseIf
     | Else
@@ -277,6 +357,6 @@ def name_key(name: str) -> str:
     return name.upper()
 
 
-def condition_span(statement: If | ElseIf, node: Condition | Number) -> Span:
+def condition_span(statement: If | ElseIf | WaitFor, node: Condition | Number) -> Span:
     """Absolute place of a node of `statement`'s condition."""
     return Span(statement.start + node.start, statement.start + node.end)

@@ -3,7 +3,8 @@
 from viapoint.vm.canonical import CanonicalPort, ScriptedWorld, describe, run_canonical
 from viapoint.vm.container import save
 from viapoint.vm.disassembler import disassemble
-from viapoint.vm.machine import ActiveCall, Machine
+from viapoint.vm.frames import ActiveCall
+from viapoint.vm.machine import Machine
 from viapoint.vm.ports import BEGINNING, Modal
 from viapoint.vm.program import Program, Span
 from viapoint.vm.refusal import ProgramFileError

@@ -10,9 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import assert_never
 
+from viapoint.vm.conditions import Condition, Reading
 from viapoint.vm.machine import Machine
 from viapoint.vm.ports import (
     AtBarrier,
+    AwaitCondition,
     AwaitInput,
     AwaitReset,
     Barrier,
@@ -23,8 +25,10 @@ from viapoint.vm.ports import (
     Ended,
     Failed,
     Motion,
+    Pulse,
     RaiseM,
     SelectTool,
+    SetLevel,
     SetOutput,
     Tangent,
     Target,
@@ -55,33 +59,41 @@ def _motion(call: Motion) -> str:
         words.append(f"H{call.angle:.3f}")
     if call.round_edge is not None:
         words.append(f"R{call.round_edge:.3f}")
+    words += [f"{action}: {_text(action.call)};" for action in call.actions]
     return " ".join(word for word in words if word)
 
 
 def describe(call: Call) -> str:
     """One call as one line of text with three fixed decimals, its source line in front."""
+    return f"{call.line:4d} {_text(call)}"
+
+
+def _text(call: Call) -> str:
     match call:
         case Motion():
-            text = _motion(call)
+            return _motion(call)
         case SetOutput():
-            text = f"{'SET' if call.value else 'RESET'} DO{call.index}"
+            return f"{'SET' if call.value else 'RESET'} DO{call.index}"
+        case SetLevel():
+            return f"SET AO{call.index} = {call.value:.3f}"
+        case Pulse():
+            return f"PULSE DO{call.index} {call.seconds:.3f}"
         case SelectTool():
-            text = f"TOOL {call.tool}"
+            return f"TOOL {call.tool}"
         case Dwell():
-            text = f"DWELL {call.seconds:.3f}"
+            return f"DWELL {call.seconds:.3f}"
         case RaiseM():
-            text = f"RAISE M{call.index} {'sync' if call.synchronous else 'async'}"
+            return f"RAISE M{call.index} {'sync' if call.synchronous else 'async'}"
         case Track():
-            text = f"TRACK {call.conveyor}"
+            return f"TRACK {call.conveyor}"
         case Tangent():
-            text = f"TANGENT {'on' if call.on else 'off'} {call.offset:.3f}"
+            return f"TANGENT {'on' if call.on else 'off'} {call.offset:.3f}"
         case Barrier():
-            text = f"BARRIER {call.reason}"
+            return f"BARRIER {call.reason}"
         case End():
-            text = "END"
+            return "END"
         case _:
             assert_never(call)
-    return f"{call.line:4d} {text}"
 
 
 @dataclass(slots=True)
@@ -89,13 +101,16 @@ class ScriptedWorld:
     """A world that answers from a script and notes every read.
 
     `inputs` holds per digital input the values of its successive reads, the last one for ever (an input
-    not named is false); `asynchronous` the M functions that the cell declares so.
+    not named is false); `levels` those of analog inputs (0 otherwise);
+    `asynchronous` the M functions that the cell declares so.
     """
 
     inputs: Mapping[int, Sequence[bool]] = field(default_factory=dict)
     asynchronous: frozenset[int] = frozenset()
+    levels: Mapping[int, float] = field(default_factory=dict)
     log: list[str] = field(default_factory=list)
     outputs: dict[int, bool] = field(default_factory=dict)
+    analog: dict[int, float] = field(default_factory=dict)
     flags: dict[int, bool] = field(default_factory=dict)
     _reads: dict[int, int] = field(default_factory=dict)
 
@@ -117,6 +132,23 @@ class ScriptedWorld:
     def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
         """Raised by an asynchronous M; a synchronous one is reset at once."""
         return self._note(line, f"M{index}", self.flags.get(index, False), ahead)
+
+    def read_level(self, reading: Reading, *, line: int, ahead: bool) -> float:
+        """As the script says, or as the program has set it."""
+        given = self.levels if reading.kind == "AI" else self.analog
+        value = given.get(reading.number, 0.0)
+        self.log.append(f"{line:4d} {reading} is {value:.3f}{' ahead' if ahead else ''}")
+        return value
+
+    def holds(self, condition: Condition, *, line: int) -> bool:
+        """By the script."""
+        return condition.holds(lambda reading: self._read(reading, line))
+
+    def _read(self, reading: Reading, line: int) -> float:
+        switches = {"DI": self.read_input, "DO": self.read_output, "M": self.read_m}
+        if reading.kind in switches:
+            return switches[reading.kind](reading.number, line=line, ahead=False)
+        return self.read_level(reading, line=line, ahead=False)
 
     def m_is_synchronous(self, index: int) -> bool:
         """As the script says; synchronous otherwise."""
@@ -153,6 +185,8 @@ class CanonicalPort:
         self.world.log.append(describe(call))
         if isinstance(call, SetOutput):
             self.world.outputs[call.index] = call.value
+        elif isinstance(call, SetLevel):
+            self.world.analog[call.index] = call.value
         elif isinstance(call, RaiseM):
             self.world.flags[call.index] = not call.synchronous
         return True
@@ -177,6 +211,11 @@ def run_canonical(
             case AwaitInput(line=line, index=index):
                 if world.hopeless(index):
                     return [*world.log, f"{line:4d} STUCK DI{index}"]
+            case AwaitCondition(line=line, condition=condition, seconds=None):
+                if all(world.hopeless(each.number) for each in condition.readings if each.kind == "DI"):
+                    return [*world.log, f"{line:4d} STUCK {condition.text}"]
+            case AwaitCondition():
+                continue
             case Ended():
                 return world.log
             case Failed(line=line, code=code, message=message):

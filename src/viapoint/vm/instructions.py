@@ -27,10 +27,17 @@ class Operand(Enum):
     COUNT = ("count", "I", "how many times, from 1")
     INPUT = ("input", "I", "digital input")
     OUTPUT = ("output", "I", "digital output")
+    ANALOG_INPUT = ("analog input", "I", "analog input")
+    ANALOG_OUTPUT = ("analog output", "I", "analog output")
     M = ("m", "I", "M function")
     TOOL = ("tool", "I", "tool, 0: none")
     CONVEYOR = ("conveyor", "I", "conveyor, 0: none")
     FLAG = ("flag", "B", "0 or 1")
+    ORIGIN = (
+        "origin",
+        "B",
+        "a place counts in mm from the start (0), mm before the end (1), s before the end (2), % (3)",
+    )
     AHEAD = ("ahead", "B", "1: read when interpreted; 0: read behind a barrier")
 
     def __init__(self, word: str, format: str, meaning: str) -> None:
@@ -119,6 +126,18 @@ class Instruction(Enum):
         _O.M, place=_LEAVES,
     )  # fmt: skip
 
+    SET_LEVEL = _row(
+        0x26, "SET AO: the analog output becomes the number.", _O.ANALOG_OUTPUT, _O.NUMBER, place=_LEAVES
+    )  # fmt: skip
+    PULSE = _row(
+        0x27, "PULSE: the output on, and off after the number of seconds.",
+        _O.OUTPUT, _O.NUMBER, place=_LEAVES,
+    )  # fmt: skip
+    AT = _row(
+        0x28, "AT: what the next instruction does happens at this place of the next motion.",
+        _O.ORIGIN, _O.NUMBER,
+    )  # fmt: skip
+
     BARRIER = _row(
         0x30, "Stop the path here and wait until it has arrived; the text says why.",
         _O.TEXT, place=Place.ARRIVES,
@@ -127,6 +146,21 @@ class Instruction(Enum):
     READ_INPUT = _row(0x32, "Read DI.", _O.INPUT, _O.AHEAD, pushes="B", place=_READS)
     READ_OUTPUT = _row(0x33, "Read DO.", _O.OUTPUT, _O.AHEAD, pushes="B", place=_READS)
     READ_M = _row(0x34, "Read the flag of an M function.", _O.M, _O.AHEAD, pushes="B", place=_READS)
+
+    READ_ANALOG_INPUT = _row(
+        0x35, "Read AI.", _O.ANALOG_INPUT, _O.AHEAD, pushes="N", place=_READS
+    )  # fmt: skip
+    READ_ANALOG_OUTPUT = _row(
+        0x36, "Read AO.", _O.ANALOG_OUTPUT, _O.AHEAD, pushes="N", place=_READS
+    )  # fmt: skip
+    AWAIT = _row(
+        0x37, "WAIT: wait until the condition from here to the target is true, then go on at the target.",
+        _O.TARGET, _O.TEXT, place=_READS, falls_through=False,
+    )  # fmt: skip
+    AWAIT_FOR = _row(
+        0x38, "The same, but not longer than the number of seconds; leaves whether it came true.",
+        _O.TARGET, _O.TEXT, _O.NUMBER, pushes="B", place=_READS, falls_through=False,
+    )  # fmt: skip
 
     PUSH = _row(0x40, "The number.", _O.NUMBER, pushes="N")
     NOT = _row(0x41, "Logical not.", pops="B", pushes="B")
@@ -149,6 +183,11 @@ class Instruction(Enum):
         """The name in a disassembly."""
         return self.name.lower()
 
+
+PATH_ACTIONS = frozenset(
+    {Instruction.SET_OUTPUT, Instruction.SET_LEVEL, Instruction.PULSE, Instruction.RAISE_M}
+)
+"""What may stand behind AT."""
 
 MOTIONS = (Instruction.LINE, Instruction.JOINT, Instruction.CIRCLE, Instruction.SPLINE, Instruction.HOME)
 
@@ -212,9 +251,13 @@ def decode(code: bytes, address: int) -> Decoded:
 
 def decode_all(code: bytes) -> list[Decoded]:
     """Every instruction of `code` in order; raises DecodeError."""
+    return decode_between(code, 0, len(code))
+
+
+def decode_between(code: bytes, address: int, end: int) -> list[Decoded]:
+    """The instructions from `address` up to `end`; raises DecodeError."""
     decoded = []
-    address = 0
-    while address < len(code):
+    while address < end:
         one = decode(code, address)
         decoded.append(one)
         address = one.following

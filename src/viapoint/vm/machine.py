@@ -7,16 +7,17 @@ it never spins: work without motion or waiting is bounded.
 from __future__ import annotations
 
 import copy
-import operator
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field
-from typing import NamedTuple
 
+from viapoint.vm.calls import CALLS
+from viapoint.vm.conditions import BINARY, READINGS, Reading
 from viapoint.vm.cycles import main_loop
-from viapoint.vm.instructions import MOTIONS, Decoded, Instruction, decode
+from viapoint.vm.frames import ActiveCall, Frame
+from viapoint.vm.instructions import Instruction
 from viapoint.vm.ports import (
     BEGINNING,
     AtBarrier,
+    AwaitCondition,
     AwaitInput,
     AwaitReset,
     Barrier,
@@ -29,16 +30,18 @@ from viapoint.vm.ports import (
     Modal,
     Motion,
     MotionPort,
+    Origin,
+    PathAction,
+    Pulse,
     RaiseM,
     SelectTool,
+    SetLevel,
     SetOutput,
     Suspension,
-    Tangent,
-    Track,
     WorldPort,
 )
 from viapoint.vm.program import Program
-from viapoint.vm.shapes import MotionWords, motion_words, parse_shape
+from viapoint.vm.steps import Step, Steps
 
 DEPTH_LIMIT = 64
 """How deep subroutines nest."""
@@ -47,38 +50,7 @@ WORK_LIMIT = 100_000
 """Instructions allowed without motion or waiting, beyond once through the whole program: some 20 ms."""
 
 
-KEPT_STEPS = 20_000
-"""Prepared instructions kept for the next pass: any loop's worth, some 10 MB; then they start afresh."""
-
-
-class ActiveCall(NamedTuple):
-    """One level of the call stack as shown to the user."""
-
-    line: int  # of the SUB statement
-    label_line: int  # where the subroutine starts
-    remaining: int  # runs still to come, the present one included
-
-
-@dataclass(slots=True)
-class _Frame:
-    """A running subroutine, or the main program at the bottom. Counters are keyed by label."""
-
-    entry: int
-    returns_to: int
-    call_line: int
-    remaining: int = 1
-    counters: dict[int, tuple[int, int]] = field(default_factory=dict)  # label: (address of REPEAT, runs)
-
-
-class _Step(NamedTuple):
-    """A decoded instruction, ready to run."""
-
-    handler: Callable[[Machine, _Step], Call | AwaitInput | Failed | None]
-    operands: tuple[int, ...]
-    following: int
-    address: int
-    line: int
-    words: MotionWords | None
+_Outcome = Call | AwaitInput | AwaitCondition | Failed | None
 
 
 class Machine:
@@ -102,14 +74,16 @@ class Machine:
         self._program = program
         self._motion = motion
         self._world = world
-        self._steps: dict[int, _Step] = {}
+        self._steps = Steps(program)
         self._address = 0
         self._line = program.line_at(0)
         self._stack: list[float] = []
-        self._frames = [_Frame(0, 0, 0)]
+        self._frames = [Frame(0, 0, 0)]
         self._pending: Call | None = None
         self._finished: Ended | Failed | None = None
         self._speed, self._tool = modal
+        self._actions: list[PathAction] = []  # on the next motion
+        self._awaited: int | None = None  # address of the AWAIT_FOR that is waiting
         self._work = 0
         self._work_limit = WORK_LIMIT + len(program.code)
         self._cycles_left = max_cycles
@@ -154,7 +128,8 @@ class Machine:
         frames = tuple(
             (f.entry, f.returns_to, f.remaining, tuple(sorted(f.counters.items()))) for f in self._frames
         )
-        return self._address, tuple(self._stack), frames, self._speed, self._tool, self._cycles_left
+        waiting = self._awaited, tuple(self._actions)
+        return self._address, tuple(self._stack), frames, self._speed, self._tool, self._cycles_left, waiting
 
     def run(self) -> Suspension:
         """Execute until the machine must wait; call it again when what it waits for has happened.
@@ -168,7 +143,7 @@ class Machine:
             if suspension is not None:
                 return suspension
         while True:
-            step = self._steps.get(self._address) or self._prepare(self._address)
+            step = self._steps.at(self._address)
             if self._line == self._last_line != step.line:
                 return self._cut(self._line)
             self._line = step.line
@@ -176,12 +151,12 @@ class Machine:
             if self._work > self._work_limit:
                 return self._finish(self._endless(step.line))
             self._address = step.following
-            outcome = step.handler(self, step)
+            outcome = HANDLERS[step.instruction](self, step)
             if outcome is None:
                 continue
             if isinstance(outcome, Failed):
                 return self._finish(outcome)
-            if isinstance(outcome, AwaitInput):
+            if isinstance(outcome, AwaitInput | AwaitCondition):
                 self._address = step.address
                 self._work = 0
                 return outcome
@@ -195,23 +170,6 @@ class Machine:
         suspension = self._submit(End(line=line))
         assert suspension is not None, "an end is waited for, or ends"
         return suspension
-
-    def _prepare(self, address: int) -> _Step:
-        decoded = decode(self._program.code, address)
-        line = self._program.line_at(address)
-        words = self._words(decoded) if decoded.instruction in MOTIONS else None
-        handler = HANDLERS[decoded.instruction]
-        step = _Step(handler, decoded.operands, decoded.following, address, line, words)
-        if len(self._steps) >= KEPT_STEPS:
-            self._steps.clear()
-        self._steps[address] = step
-        return step
-
-    def _words(self, decoded: Decoded) -> MotionWords:
-        number, base = decoded.operands
-        shape = parse_shape(decoded.instruction, self._program.shapes[number])
-        values = self._program.numbers[base : base + len(shape.keys)]
-        return motion_words(decoded.instruction, shape, values)
 
     def _submit(self, call: Call) -> Suspension | None:
         """Hand `call` over; what to wait for afterwards, or None to go on."""
@@ -250,9 +208,13 @@ class Machine:
     # Handlers: one per instruction, collected in HANDLERS below. The address already stands behind the
     # instruction when one is called.
 
-    def _end(self, step: _Step) -> Call | None:
+    def _end(self, step: Step) -> Call | Failed | None:
         frame = self._frames[-1]
         if len(self._frames) == 1:
+            if self._actions:
+                first = self._actions[0]
+                message = f"{first} names a place on the next motion, and no motion follows"
+                return Failed(first.call.line, "E403", message)
             return End(line=step.line)
         frame.remaining -= 1
         if frame.remaining:
@@ -263,10 +225,10 @@ class Machine:
             self._address = frame.returns_to
         return None
 
-    def _label(self, step: _Step) -> None:
+    def _label(self, step: Step) -> None:
         self._frames[-1].counters.pop(step.operands[0], None)
 
-    def _jump(self, step: _Step) -> Call | None:
+    def _jump(self, step: Step) -> Call | None:
         target = step.operands[0]
         if self._cycles_left is not None and step.address == self._main_loop:
             self._cycles_left -= 1
@@ -276,11 +238,11 @@ class Machine:
         self._address = target
         return None
 
-    def _jump_if_false(self, step: _Step) -> None:
+    def _jump_if_false(self, step: Step) -> None:
         if not self._stack.pop():
             self._address = step.operands[0]
 
-    def _repeat(self, step: _Step) -> None:
+    def _repeat(self, step: Step) -> None:
         label, target, count = step.operands
         counters = self._frames[-1].counters
         owner, runs = counters.get(label, (step.address, 1))
@@ -292,17 +254,17 @@ class Machine:
         else:
             counters.pop(label, None)
 
-    def _call(self, step: _Step) -> Failed | None:
+    def _call(self, step: Step) -> Failed | None:
         if len(self._frames) > DEPTH_LIMIT:
             return Failed(
                 step.line, "E402", f"subroutines are nested deeper than {DEPTH_LIMIT} at line {step.line}"
             )
         target, count = step.operands
-        self._frames.append(_Frame(target, step.following, step.line, count))
+        self._frames.append(Frame(target, step.following, step.line, count))
         self._address = target
         return None
 
-    def _move(self, step: _Step) -> Call:
+    def _move(self, step: Step) -> Call:
         words = step.words
         assert words is not None
         if words.speed is not None:
@@ -317,62 +279,82 @@ class Machine:
             tool=self._tool if words.tool is None else words.tool,
             angle=words.angle,
             round_edge=words.round_edge,
+            actions=self._put_on(),
         )
 
-    def _set_output(self, step: _Step) -> Call:
-        return SetOutput(line=step.line, index=step.operands[0], value=bool(step.operands[1]))
+    def _put_on(self) -> tuple[PathAction, ...]:
+        """The actions waiting for a motion; it takes them."""
+        actions, self._actions = tuple(self._actions), []
+        return actions
 
-    def _select_tool(self, step: _Step) -> Call:
+    def _at(self, step: Step) -> Failed | None:
+        origin, number = step.operands
+        following = self._steps.at(step.following)
+        self._address = following.following
+        call = HANDLERS[following.instruction](self, following)
+        assert isinstance(call, SetOutput | SetLevel | Pulse | RaiseM), "the verifier has seen to it"
+        if isinstance(call, RaiseM) and call.synchronous:
+            message = f"M{call.index} is synchronous: the robot would have to stop on the motion for it"
+            return Failed(step.line, "E404", message)
+        self._actions.append(PathAction(Origin(origin), self._program.numbers[number], call))
+        return None
+
+    def _make_call(self, step: Step) -> Call:
+        return CALLS[step.instruction](self._program, self._world, step.line, step.operands)
+
+    def _select_tool(self, step: Step) -> Call:
         self._tool = step.operands[0]
         return SelectTool(line=step.line, tool=self._tool)
 
-    def _track(self, step: _Step) -> Call:
-        return Track(line=step.line, conveyor=step.operands[0])
-
-    def _tangent(self, step: _Step) -> Call:
-        on, offset = step.operands
-        return Tangent(line=step.line, on=bool(on), offset=self._program.numbers[offset])
-
-    def _dwell(self, step: _Step) -> Call:
-        return Dwell(line=step.line, seconds=self._program.numbers[step.operands[0]])
-
-    def _raise_m(self, step: _Step) -> Call:
-        index = step.operands[0]
-        return RaiseM(line=step.line, index=index, synchronous=self._world.m_is_synchronous(index))
-
-    def _barrier(self, step: _Step) -> Call:
-        return Barrier(line=step.line, reason=self._program.texts[step.operands[0]])
-
-    def _await_input(self, step: _Step) -> AwaitInput | None:
+    def _await_input(self, step: Step) -> AwaitInput | None:
         index = step.operands[0]
         if self._world.read_input(index, line=step.line, ahead=False):
             return None
         return AwaitInput(step.line, index)
 
-    def _read_input(self, step: _Step) -> None:
-        index, ahead = step.operands
-        self._stack.append(self._world.read_input(index, line=step.line, ahead=bool(ahead)))
+    def _await(self, step: Step) -> AwaitCondition | None:
+        condition = step.condition
+        assert condition is not None
+        limited = len(step.operands) > 2
+        holds = self._world.holds(condition, line=step.line)
+        if not holds and not (limited and self._awaited == step.address):
+            self._awaited = step.address
+            seconds = self._program.numbers[step.operands[2]] if limited else None
+            return AwaitCondition(step.line, condition, seconds)
+        self._awaited = None
+        self._address = step.operands[0]
+        if limited:
+            self._stack.append(holds)
+        return None
 
-    def _read_output(self, step: _Step) -> None:
-        index, ahead = step.operands
-        self._stack.append(self._world.read_output(index, line=step.line, ahead=bool(ahead)))
+    def _read(self, step: Step) -> None:
+        world, (number, ahead) = self._world, step.operands
+        kind = READINGS[step.instruction]
+        line, early = step.line, bool(ahead)
+        value: float
+        match kind:
+            case "DI":
+                value = world.read_input(number, line=line, ahead=early)
+            case "DO":
+                value = world.read_output(number, line=line, ahead=early)
+            case "M":
+                value = world.read_m(number, line=line, ahead=early)
+            case _:
+                value = world.read_level(Reading(kind, number), line=line, ahead=early)
+        self._stack.append(value)
 
-    def _read_m(self, step: _Step) -> None:
-        index, ahead = step.operands
-        self._stack.append(self._world.read_m(index, line=step.line, ahead=bool(ahead)))
-
-    def _push(self, step: _Step) -> None:
+    def _push(self, step: Step) -> None:
         self._stack.append(self._program.numbers[step.operands[0]])
 
-    def _not(self, step: _Step) -> None:
+    def _not(self, step: Step) -> None:
         self._stack.append(not self._stack.pop())
 
 
-_Handler = Callable[[Machine, _Step], Call | AwaitInput | Failed | None]
+_Handler = Callable[[Machine, Step], _Outcome]
 
 
 def _binary(function: Callable[[float, float], bool]) -> _Handler:
-    def handler(machine: Machine, step: _Step) -> None:
+    def handler(machine: Machine, step: Step) -> None:
         stack = machine._stack
         right = stack.pop()
         stack.append(function(stack.pop(), right))
@@ -392,26 +374,15 @@ HANDLERS: dict[Instruction, _Handler] = {
     Instruction.CIRCLE: Machine._move,
     Instruction.SPLINE: Machine._move,
     Instruction.HOME: Machine._move,
-    Instruction.SET_OUTPUT: Machine._set_output,
+    **dict.fromkeys(CALLS, Machine._make_call),
+    Instruction.AT: Machine._at,
     Instruction.SELECT_TOOL: Machine._select_tool,
-    Instruction.TRACK: Machine._track,
-    Instruction.TANGENT: Machine._tangent,
-    Instruction.DWELL: Machine._dwell,
-    Instruction.RAISE_M: Machine._raise_m,
-    Instruction.BARRIER: Machine._barrier,
     Instruction.AWAIT_INPUT: Machine._await_input,
-    Instruction.READ_INPUT: Machine._read_input,
-    Instruction.READ_OUTPUT: Machine._read_output,
-    Instruction.READ_M: Machine._read_m,
+    **dict.fromkeys(READINGS, Machine._read),
+    Instruction.AWAIT: Machine._await,
+    Instruction.AWAIT_FOR: Machine._await,
     Instruction.PUSH: Machine._push,
     Instruction.NOT: Machine._not,
-    Instruction.AND: _binary(lambda left, right: bool(left and right)),
-    Instruction.OR: _binary(lambda left, right: bool(left or right)),
-    Instruction.EQUAL: _binary(operator.eq),
-    Instruction.NOT_EQUAL: _binary(operator.ne),
-    Instruction.LESS: _binary(operator.lt),
-    Instruction.LESS_EQUAL: _binary(operator.le),
-    Instruction.GREATER: _binary(operator.gt),
-    Instruction.GREATER_EQUAL: _binary(operator.ge),
+    **{instruction: _binary(function) for instruction, function in BINARY.items()},
 }
 """What each instruction does; holds exactly the instructions of the table."""

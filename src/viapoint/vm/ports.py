@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from enum import Enum, unique
 from typing import Final, NamedTuple, Protocol
 
+from viapoint.vm.conditions import Condition, Reading
+
 
 @unique
 class MotionKind(Enum):
@@ -67,9 +69,38 @@ class Target:
     auxiliary: tuple[tuple[int, float], ...] = ()
 
 
+@unique
+class Origin(Enum):
+    """What the place of an action on a motion counts from; the values are the instruction's."""
+
+    START = 0  # mm behind its start
+    END = 1  # mm before its end
+    TIME = 2  # s before its end
+    PART = 3  # % of its length
+
+
+@dataclass(frozen=True, slots=True)
+class PathAction:
+    """AT: `call` takes effect at a place of the motion that carries it."""
+
+    origin: Origin
+    value: float
+    call: SetOutput | SetLevel | Pulse | RaiseM
+
+    def __str__(self) -> str:
+        """The place as a program writes it: AT D-20."""
+        before, behind = {
+            Origin.START: ("D", ""),
+            Origin.END: ("D-", ""),
+            Origin.TIME: ("S-", ""),
+            Origin.PART: ("", "%"),
+        }[self.origin]
+        return f"AT {before}{self.value:g}{behind}"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
-    """One motion statement with the modal state of its place."""
+    """One motion statement with the modal state of its place, and the actions that stand on it."""
 
     line: int
     kind: MotionKind
@@ -80,6 +111,7 @@ class Motion:
     tool: int = 0
     angle: float | None = None  # H of MC, deg
     round_edge: float | None = None  # R, mm (deg between joint moves); None: not programmed
+    actions: tuple[PathAction, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,6 +121,24 @@ class SetOutput:
     line: int
     index: int
     value: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetLevel:
+    """SET AO n = v, effective where the path gets to its place."""
+
+    line: int
+    index: int
+    value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pulse:
+    """PULSE DO n s: on where the path gets to its place, off `seconds` later."""
+
+    line: int
+    index: int
+    seconds: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,7 +198,7 @@ class End:
     line: int
 
 
-Call = Motion | SetOutput | SelectTool | Dwell | RaiseM | Track | Tangent | Barrier | End
+Call = Motion | SetOutput | SetLevel | Pulse | SelectTool | Dwell | RaiseM | Track | Tangent | Barrier | End
 
 
 class MotionPort(Protocol):
@@ -172,6 +222,14 @@ class WorldPort(Protocol):
 
     def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
         """Flag of M function `index`: True while raised."""
+        ...
+
+    def read_level(self, reading: Reading, *, line: int, ahead: bool) -> float:
+        """Analog input or output."""
+        ...
+
+    def holds(self, condition: Condition, *, line: int) -> bool:
+        """Whether `condition` is true where the path has arrived; every read is traced."""
         ...
 
     def m_is_synchronous(self, index: int) -> bool:
@@ -201,6 +259,15 @@ class AwaitInput:
 
 
 @dataclass(frozen=True, slots=True)
+class AwaitCondition:
+    """WAIT c, the path has arrived and c does not hold; resume when it does or `seconds` have passed."""
+
+    line: int
+    condition: Condition
+    seconds: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class AwaitReset:
     """A synchronous M was submitted; resume when its flag has been raised and reset."""
 
@@ -224,4 +291,4 @@ class Failed:
     message: str
 
 
-Suspension = BufferFull | AtBarrier | AwaitInput | AwaitReset | Ended | Failed
+Suspension = BufferFull | AtBarrier | AwaitInput | AwaitCondition | AwaitReset | Ended | Failed

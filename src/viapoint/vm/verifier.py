@@ -11,10 +11,12 @@ from collections import deque
 from operator import lt
 from typing import assert_never
 
-from viapoint.language.commands import MAX_INDEX, MAX_TIMES, NOT_NEGATIVE, REAL
+from viapoint.language.commands import MAX_INDEX, MAX_TIMES, NOT_NEGATIVE, POSITIVE, REAL
+from viapoint.vm.conditions import IN_A_CONDITION
 from viapoint.vm.container import unpack
 from viapoint.vm.instructions import (
     MOTIONS,
+    PATH_ACTIONS,
     SIZES,
     Decoded,
     DecodeError,
@@ -22,7 +24,9 @@ from viapoint.vm.instructions import (
     Operand,
     Place,
     decode_all,
+    decode_between,
 )
+from viapoint.vm.ports import Origin
 from viapoint.vm.program import Program
 from viapoint.vm.refusal import ProgramFileError
 from viapoint.vm.shapes import ShapeError, parse_shape
@@ -33,7 +37,12 @@ STACK_LIMIT = 256
 LINE_LIMIT = 2**31 - 1
 """Largest line or column number in a span."""
 
-_NUMBER_DOMAINS = {Instruction.DWELL: NOT_NEGATIVE}
+_NUMBER_DOMAINS = {
+    Instruction.DWELL: NOT_NEGATIVE,
+    Instruction.AWAIT_FOR: NOT_NEGATIVE,
+    Instruction.AT: NOT_NEGATIVE,
+    Instruction.PULSE: POSITIVE,
+}
 """Domain of an instruction's number where it is not any number."""
 
 
@@ -95,6 +104,12 @@ def _check_operands(program: Program, one: Decoded, by_address: dict[int, Decode
             raise ProgramFileError("E255", _at(one, "a label stands in two places"))
     elif one.instruction is Instruction.REPEAT:
         _check_repeat(program, one)
+    if one.instruction in (Instruction.AWAIT, Instruction.AWAIT_FOR):
+        _check_condition(program, one)
+    elif one.instruction is Instruction.AT:
+        following = by_address.get(one.following)
+        if following is None or following.instruction not in PATH_ACTIONS:
+            raise ProgramFileError("E257", _at(one, "no action of the path stands behind it"))
 
 
 def _in_range(program: Program, kind: Operand, value: int, by_address: dict[int, Decoded]) -> bool:
@@ -115,10 +130,25 @@ def _in_range(program: Program, kind: Operand, value: int, by_address: dict[int,
             return 1 <= value <= MAX_TIMES
         case Operand.INPUT | Operand.OUTPUT | Operand.M | Operand.TOOL | Operand.CONVEYOR:
             return value <= MAX_INDEX
+        case Operand.ANALOG_INPUT | Operand.ANALOG_OUTPUT:
+            return value <= MAX_INDEX
+        case Operand.ORIGIN:
+            return value < len(Origin)
         case Operand.FLAG | Operand.AHEAD:
             return value <= 1
         case _:
             assert_never(kind)
+
+
+def _check_condition(program: Program, one: Decoded) -> None:
+    """The code from a wait to its target is one condition and nothing else."""
+    stack = ""
+    for each in decode_between(program.code, one.following, one.operand(Operand.TARGET)):
+        if each.instruction not in IN_A_CONDITION:
+            raise ProgramFileError("E257", _at(each, "it does not belong into a condition"))
+        stack = _apply(each, stack)
+    if stack != "B":
+        raise ProgramFileError("E257", _at(one, "what it waits for is no condition"))
 
 
 def _check_motion(program: Program, one: Decoded) -> None:

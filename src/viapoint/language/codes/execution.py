@@ -45,9 +45,30 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "SUB A\nEND\nA:\nSUB A\nEND\n",
     ),
     entry(
+        "E403",
+        "action without its motion",
+        """AT names a place on the next motion, and the program ended before there was one. Put the AT in
+        front of the motion it belongs to.""",
+        "ML X=1700 F100\nAT D20 SET DO1\n",
+    ),
+    entry(
+        "E404",
+        "synchronous M on the path",
+        """At a place on a motion only what needs no stop can happen, and the cell declares this M function
+        synchronous. A program compiled with the cell is told so by E213.""",
+        Example(program="AT D20 M5\nML X=1700 F100\n", cell=_ROBOT),
+    ),
+    entry(
+        "E405",
+        "action before its motion begins",
+        """AT S counts seconds before the end of the motion, and the motion does not take so long at the speed
+        at which it is run. Choose a shorter time, a slower motion, or a place in mm or percent.""",
+        "AT S-60 SET DO1\nML X=1700 F100\n",
+    ),
+    entry(
         "E410",
         "wait that nothing can end",
-        """The program waits for an input, for the reset of an M flag, or asks the same question in a loop,
+        """The program waits for a signal, for the reset of an M flag, or asks the same question in a loop,
         and nothing in the scenario will ever change the answer: the simulation would wait for ever. Add to
         the scenario what the real cell does there, an [[at]] for a time or a [[when]] for an answer to an
         output or an M.""",

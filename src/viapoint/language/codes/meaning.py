@@ -6,6 +6,16 @@ from typing import Final
 
 from viapoint.language.codes.entry import Entry, Example, entry
 
+_NAMED: Final = """[robot]
+model = "frigeni6"
+
+[points]
+P7 = { name = "pick", x = 1500, y = 0, z = 1500, a = 0, b = 90, c = 0 }
+
+[io]
+names = { gripper = "DO1", part_present = "DI3" }
+"""
+
 ENTRIES: Final[tuple[Entry, ...]] = (
     entry(
         "E201",
@@ -78,6 +88,24 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         Example(
             program="MJ P1 J1=90 F50\n",
             cell='[robot]\nmodel = "frigeni6"\n\n[points]\nP1 = { j = [0, 0, 0, 0, 0, 0] }\n',
+        ),
+    ),
+    entry(
+        "E212",
+        "name without a cell",
+        """Points and signals have their names in the cell file. Compiled without one, nobody knows which
+        point or signal is meant. Compile with --cell, or write the number.""",
+        "ML pick F100\n",
+    ),
+    entry(
+        "E213",
+        "synchronous M on the path",
+        """At a place on a motion only what needs no stop can happen. A synchronous M stops the robot and
+        waits for the reset of its flag. Declare it async under [m_functions], or put it behind the
+        motion.""",
+        Example(
+            program="AT D20 M5\nML X=1700 F100\n",
+            cell='[robot]\nmodel = "frigeni6"\n',
         ),
     ),
     entry(
@@ -154,5 +182,38 @@ ENTRIES: Final[tuple[Entry, ...]] = (
             program="ML P1 E2=100 F50\n",
             cell='[robot]\nmodel = "frigeni6"\n\n[points]\nP1 = { j = [0, 0, 0, 0, 0, 0] }\n',
         ),
+    ),
+    entry(
+        "E228",
+        "unknown name of a point",
+        """No point of the cell has this name. Points get theirs in the cell file: P7 = { name = "pick", … }.
+        Names are compared without regard to case.""",
+        Example(program="ML pik F100\n", cell=_NAMED),
+    ),
+    entry(
+        "E229",
+        "unknown name of a signal",
+        """No signal of the cell has this name. Signals get theirs in the cell file, under [io]:
+        names = { gripper = "DO1" }. Names are compared without regard to case.""",
+        Example(program="SET griper\n", cell=_NAMED),
+    ),
+    entry(
+        "E230",
+        "signal of another kind",
+        """The name belongs to a signal that cannot stand here: only outputs are set, only digital ones are
+        true or false by themselves, and only analog ones are numbers.""",
+        Example(program="SET part_present\n", cell=_NAMED),
+    ),
+    entry(
+        "E231",
+        "undefined analog input",
+        "The cell has fewer analog inputs. Correct the index, or raise analog_inputs under [io].",
+        Example(program="WAIT AI99 > 1\n", cell='[robot]\nmodel = "frigeni6"\n'),
+    ),
+    entry(
+        "E232",
+        "undefined analog output",
+        "The cell has fewer analog outputs. Correct the index, or raise analog_outputs under [io].",
+        Example(program="SET AO99 = 1\n", cell='[robot]\nmodel = "frigeni6"\n'),
     ),
 )

@@ -117,7 +117,8 @@ ENTRIES: Final[tuple[Entry, ...]] = (
     _elsewhere(
         "E314",
         "output not in this cell",
-        "The program sets an output that the cell does not have. Correct the number, or digital_outputs.",
+        """The program sets an output that the cell does not have. Correct the number, or digital_outputs or
+        analog_outputs.""",
         "SET DO 99\n",
     ),
     _elsewhere(
@@ -142,6 +143,14 @@ ENTRIES: Final[tuple[Entry, ...]] = (
             program="ML X=1700\n",
             cell=f"{_ROBOT}[controller]\ndefault_speed = {{ path_mm_s = 1e-323 }}\n",
         ),
+    ),
+    entry(
+        "E321",
+        "action outside its motion",
+        """AT names a place that the next motion does not have: it is shorter than that. The length is that
+        of the TCP's path as it is run, from the middle of the round edge at its start to the middle of the
+        one at its end. A motion that only turns has none: use percent.""",
+        "AT D200 SET DO1\nML X=1700 F100\n",
     ),
     entry(
         "E330",

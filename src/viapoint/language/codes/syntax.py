@@ -124,9 +124,9 @@ _STATEMENTS: Final = (
     entry(
         "E118",
         "name where a number has to stand",
-        """A name stands where this version of the language takes a number or a signal. Points, frames and
-        signals are addressed by their index, values are written out.""",
-        "ML pick F200\n",
+        """A name stands where this version of the language takes a number. Points and signals have names, in
+        the cell; values are written out.""",
+        "ML P1 F(speed)\n",
     ),
     entry(
         "E119",

@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 from viapoint.language.units import DEG, MM
 from viapoint.runtime.kernel.failure import ExecutionError
 from viapoint.runtime.kernel.motion import Mover
+from viapoint.runtime.kernel.onpath import Begin
 from viapoint.runtime.kernel.route import Route
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.records import Event, EventValue
@@ -43,6 +44,11 @@ class Blocks:
         self._finished = 0  # since the route was last forgotten
         self._kept = self._begin  # from where the route is kept the next time
         self._without_time = (0, 0)  # tick of the last motion, and how many ended in it
+
+    @property
+    def begin(self) -> Begin:
+        """Where the motion in execution begins, or the next one."""
+        return Begin(self._begin.tick, self._begin.s, self._begin.travelled)
 
     def set_out(self, number: int) -> None:
         """From rest into the motion of entry `number`, or on within it."""

@@ -39,8 +39,8 @@ class Company(Commands):
         """Blocks were finished while moving: interpreter and planner go on; True if the law changed."""
 
     @abstractmethod
-    def _next_row(self, s: Floats, row: int) -> int | None:
-        """Row, not before `row`, in which the path passes the next entry; None if it does not in s (N,)."""
+    def _next_row(self, s: Floats) -> int | None:
+        """Row of the next ticks, whose places are s (N,), in which something happens; None: in none."""
 
     # --- common ticks --------------------------------------------------------------------------------
 
@@ -51,20 +51,21 @@ class Company(Commands):
         """
         if self.state is State.MOVING:
             s, arrived = self.mover.places(self.trace.tick + 1, ticks)
-            row = self._next_row(s, 0)
+            row = self._next_row(s)
             rows = [ticks - 1, len(s) - 1 if arrived or row is None else row]
             if (zone_tick := self._zone_tick()) is not None:
                 rows.append(zone_tick - self.trace.tick - 1)
             return min(rows) + 1
         if self.state is State.POLLING:
             return 1
-        if self.execution.dwell_until is not None:
-            return max(1, min(ticks, self.execution.dwell_until - self.trace.tick))
-        return ticks
+        ends = (self.execution.dwell_until, self.dialogue.deadline, self.execution.pulses.next_end)
+        return min([ticks, *(max(1, tick - self.trace.tick) for tick in ends if tick is not None)])
 
     def stuck(self) -> MotionError | None:
         """What the robot waits for, if nothing scheduled and nothing it does itself can ever bring it."""
         entry = self.execution.front
+        if self.execution.pulses.next_end is not None:
+            return None
         if self.state is State.WAITING:
             return self._kept_out() or self.dialogue.in_vain()
         if self.state is State.POLLING and entry is not None and isinstance(entry.call, Barrier):

@@ -13,9 +13,12 @@ from viapoint.runtime.cell import Cell, Signal, SignalKind
 from viapoint.runtime.kernel.buffer import MotionBuffer
 from viapoint.runtime.kernel.failure import ExecutionError
 from viapoint.runtime.kernel.trace import Trace
+from viapoint.runtime.records import EventValue
 from viapoint.runtime.signals import Change, MFlag, SignalWorld
+from viapoint.vm.conditions import Condition, Reading
 from viapoint.vm.ports import (
     AtBarrier,
+    AwaitCondition,
     AwaitInput,
     AwaitReset,
     Barrier,
@@ -111,24 +114,35 @@ class Dialogue:
 
     def read_input(self, index: int, *, line: int, ahead: bool) -> bool:
         """WorldPort: digital input, traced."""
-        return self._read(f"DI{index}", self._world.read_input, index, line, ahead)
+        return bool(self._read(Reading("DI", index), line, ahead))
 
     def read_output(self, index: int, *, line: int, ahead: bool) -> bool:
         """WorldPort: digital output, traced."""
-        return self._read(f"DO{index}", self._world.read_output, index, line, ahead)
+        return bool(self._read(Reading("DO", index), line, ahead))
 
     def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
         """WorldPort: M flag, traced."""
-        return self._read(f"M{index}", self._world.read_m, index, line, ahead)
+        return bool(self._read(Reading("M", index), line, ahead))
+
+    def read_level(self, reading: Reading, *, line: int, ahead: bool) -> float:
+        """WorldPort: analog input or output, traced."""
+        return self._read(reading, line, ahead)
+
+    def holds(self, condition: Condition, *, line: int) -> bool:
+        """WorldPort: a condition, all its reads traced."""
+        return condition.holds(lambda reading: self._read(reading, line, False))
 
     def m_is_synchronous(self, index: int) -> bool:
         """WorldPort: as the cell declares it; synchronous unless it says otherwise."""
         return self._cell.m_functions.get(index, True)
 
-    def _read(self, signal: str, read: Callable[[int], bool], index: int, line: int, ahead: bool) -> bool:
-        value = _existing(signal, read, index, line)
+    def _read(self, reading: Reading, line: int, ahead: bool) -> float:
+        try:
+            value = self._world.read(reading)
+        except KeyError:
+            raise ExecutionError("E411", f"the cell has no {reading}", line) from None
         s_mm = self._travelled_mm()
-        self._trace.emit("input_read", line, signal=signal, value=value, s_mm=s_mm, ahead=ahead)
+        self._trace.emit("input_read", line, signal=str(reading), value=value, s_mm=s_mm, ahead=ahead)
         return value
 
     # --- turns ---------------------------------------------------------------------------------------
@@ -183,6 +197,12 @@ class Dialogue:
             case AwaitInput(line=line, index=index):
                 awaited = Change(Signal(SignalKind.DIGITAL_INPUT, index), True)
                 what = f"WAIT DI {index} waits for an input that nothing in the scenario sets any more"
+            case AwaitCondition(seconds=float()):
+                return None
+            case AwaitCondition(line=line, condition=condition):
+                what = f"{condition.text} waits for signals that nothing in the scenario changes any more"
+                coming = self._world.coming(condition.readings)
+                return None if coming else ExecutionError("E410", what, line)
             case AwaitReset(line=line, index=index):
                 awaited = Change(MFlag(index, self._cell.number), False)
                 what = f"M {index} waits for a reset that nothing in the scenario gives any more"
@@ -200,6 +220,11 @@ class Dialogue:
                 return self._arrived
             case AwaitInput(line=line, index=index):
                 return self._world.read_input(index) and self._waited(line, f"DI{index}")
+            case AwaitCondition(line=line, condition=condition):
+                if condition.holds(self._world.read):
+                    return self._waited(line, condition.text)
+                over = self.deadline is not None and self._trace.tick >= self.deadline
+                return over and self._waited(line, condition.text, timed_out=True)
             case AwaitReset(line=line, index=index):
                 if not self._raised or self._world.read_m(index):
                     return False
@@ -210,13 +235,15 @@ class Dialogue:
             case _:
                 assert_never(self._suspension)
 
-    def _waited(self, line: int, reason: str) -> bool:
-        self._trace.emit("wait", line, tick=self._since, t_end=self._trace.time, reason=reason)
+    @property
+    def deadline(self) -> int | None:
+        """Tick in which the interpreter goes on in any case; None: only when it gets what it waits for."""
+        match self._suspension:
+            case AwaitCondition(seconds=float() as seconds):
+                return self._since + self._world.ticks(seconds)
+            case _:
+                return None
+
+    def _waited(self, line: int, reason: str, **more: EventValue) -> bool:
+        self._trace.emit("wait", line, tick=self._since, t_end=self._trace.time, reason=reason, **more)
         return True
-
-
-def _existing(signal: str, read: Callable[[int], bool], index: int, line: int) -> bool:
-    try:
-        return read(index)
-    except KeyError:
-        raise ExecutionError("E411", f"the cell has no {signal}", line) from None

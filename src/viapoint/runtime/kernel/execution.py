@@ -11,7 +11,9 @@ from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
 from viapoint.runtime.kernel.dialogue import Dialogue
 from viapoint.runtime.kernel.failure import ExecutionError
 from viapoint.runtime.kernel.motion import Mover
+from viapoint.runtime.kernel.onpath import OnPath
 from viapoint.runtime.kernel.planner import Planner
+from viapoint.runtime.kernel.pulses import Pulses
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.signals import SignalWorld
 from viapoint.vm.ports import (
@@ -19,8 +21,11 @@ from viapoint.vm.ports import (
     Dwell,
     End,
     Motion,
+    PathAction,
+    Pulse,
     RaiseM,
     SelectTool,
+    SetLevel,
     SetOutput,
     Tangent,
     Track,
@@ -50,6 +55,8 @@ class Execution:
         self.ended = False
         """The program's end has been executed."""
         self.blocks = Blocks(planner.route, mover, trace)
+        self.on_path = OnPath(planner.route, mover, trace.tick_s)
+        self.pulses = Pulses()
         self._buffer = buffer
         self._world = world
         self._trace = trace
@@ -85,16 +92,16 @@ class Execution:
         self._line = call.line
         match call:
             case Motion():
+                for action in self.on_path.leave(entry):
+                    self._write(action.call)
                 self._finish_block(call, entry.number)
-            case SetOutput(line=line, index=index, value=value):
-                self._world.write_output(index, value, trace.tick)
-                trace.emit("output", line, signal=f"DO{index}", value=value, s_mm=self.travelled_mm)
+            case SetOutput() | SetLevel() | Pulse():
+                self._write(call)
             case SelectTool(line=line, tool=tool):
                 self._pick_up(tool, line)
                 trace.emit("tool", line, index=tool)
-            case RaiseM(line=line, index=index):
-                self._world.raise_m(index, trace.tick)
-                trace.emit("m", line, index=index, action="raised")
+            case RaiseM():
+                self._write(call)
                 dialogue.raise_m(call)
             case Dwell():
                 self._dwell(call)
@@ -109,10 +116,42 @@ class Execution:
         self._buffer.executed()
         self.statements += 0 if isinstance(call, Barrier) else 1
 
+    def act(self, action: PathAction) -> None:
+        """The path has reached the place of an action on the motion it is in."""
+        self._write(action.call)
+        self.on_path.done(action)
+
+    def end_pulses(self) -> None:
+        """Switch off the outputs whose pulse is over by now."""
+        for pulse in self.pulses.over(self._trace.tick):
+            self._switch(pulse.line, pulse.index, False)
+
+    def _write(self, call: SetOutput | SetLevel | Pulse | RaiseM) -> None:
+        world, trace = self._world, self._trace
+        match call:
+            case SetOutput(line=line, index=index, value=value):
+                self.pulses.cancel(index)
+                self._switch(line, index, value)
+            case Pulse(line=line, index=index, seconds=seconds):
+                self.pulses.start(call, trace.tick + max(world.ticks(seconds), 1))
+                self._switch(line, index, True)
+            case SetLevel(line=line, index=index, value=value):
+                world.write_level(index, value, trace.tick)
+                trace.emit("output", line, signal=f"AO{index}", value=value, s_mm=self.travelled_mm)
+            case RaiseM(line=line, index=index):
+                world.raise_m(index, trace.tick)
+                trace.emit("m", line, index=index, action="raised")
+            case _:
+                assert_never(call)
+
+    def _switch(self, line: int, index: int, value: bool) -> None:
+        self._world.write_output(index, value, self._trace.tick)
+        self._trace.emit("output", line, signal=f"DO{index}", value=value, s_mm=self.travelled_mm)
+
     def passable(self, entry: Entry) -> bool:
         """Whether an action takes effect on a moving path; others, and motions, need their place first."""
         match entry.call:
-            case SetOutput() | Track() | Tangent():
+            case SetOutput() | SetLevel() | Pulse() | Track() | Tangent():
                 return True
             case RaiseM(synchronous=synchronous):
                 return not synchronous

@@ -123,6 +123,7 @@ class TickGuard:
 
     def __init__(self, monitor: Monitor, trace: Trace) -> None:
         self.alarm: ExecutionError | None = None
+        self._refused = False  # by somebody else, in the rows being sent
         self._monitor = monitor if monitor.active else None
         self._watch = Watch(monitor)
         self._trace = trace
@@ -162,8 +163,16 @@ class TickGuard:
         count = min(met) + 1
         return replace(rows, s=rows.s[:count], columns=rows.columns[:count], arrived=False)
 
+    def refuse(self, error: ExecutionError) -> None:
+        """Something else is wrong with the last row that will be sent: the robot stops behind it."""
+        self._refused = self.alarm is None
+        self.alarm = self.alarm or error
+
     def sent(self, count: int, line: int) -> bool:
         """So many of the rows were sent; True if the robot must be stopped."""
+        if self._refused:
+            self._refused = False
+            return True
         if self._monitor is None or self.alarm is not None:
             return False
         self._watch.advance(count - 1)

@@ -9,7 +9,6 @@ length of a window has no influence on the result.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from viapoint.runtime.kernel.execution import Execution
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
 from viapoint.runtime.kernel.guard import TickGuard
 from viapoint.runtime.kernel.motion import Mover
+from viapoint.runtime.kernel.passing import ARRIVED, Passing
 from viapoint.runtime.kernel.planner import Planner
 from viapoint.runtime.kernel.states import Hold, State
 from viapoint.runtime.kernel.telemetry import Status, Telemetry
@@ -30,10 +30,7 @@ from viapoint.runtime.kernel.unsupported import refusal
 from viapoint.runtime.kernel.zones import ExclusiveZones, ZoneAccess
 from viapoint.runtime.records import Event, Floats, Ints, Window
 from viapoint.runtime.signals import SignalWorld
-from viapoint.vm.ports import Barrier, Failed, Motion
-
-_ARRIVED: Final = 1e-10
-"""m of path within which two places are one: rounding of summed lengths."""
+from viapoint.vm.ports import Barrier, End, Failed, Motion
 
 
 class Kernel(Company):
@@ -74,6 +71,9 @@ class Kernel(Company):
             self.planner.crossed = self.access.lay
         self.execution = Execution(self._buffer, world, self.trace, self.planner, self.mover, self._room_for)
         self.execution.tool = start.tool
+        self._passing = Passing(
+            self.execution, self.planner, self.mover, self.breaks, self.guard, self._execute
+        )
         self.dialogue = Dialogue(cell, world, self._buffer, self.trace, self._travelled_mm, patient=patient)
         self._paused = override == 0.0
         self._last_s = 0.0  # s in the last tick computed
@@ -152,13 +152,15 @@ class Kernel(Company):
         if self.execution.dwell_until is not None:
             last = min(last, self.execution.dwell_until)
         change = first if self.state is State.POLLING else self.world.next_change(self.tick)
-        if change is not None:
-            last = min(last, max(change, first))
+        for tick in (change, self.dialogue.deadline, self.execution.pulses.next_end):
+            if tick is not None:
+                last = min(last, max(tick, first))
         window = self._standing(first, last - first + 1)
         self.trace.tick = last
         if self.execution.dwell_until == last:
             self.execution.dwell_until = None
         self.world.advance(last)
+        self.execution.end_pulses()
         self._settle()
         return window
 
@@ -202,8 +204,8 @@ class Kernel(Company):
         """
         row, finished = 0, False
         while True:
-            passed = self._next_row(s, row)
-            if finished and passed != row:
+            passed = self._passing.next(s, row, first, self._frontier)
+            if finished and (passed is None or passed.row != row):
                 if self._look_ahead():
                     return row + 1
                 told[row + 1 :] = self._told
@@ -211,32 +213,19 @@ class Kernel(Company):
             elif passed is None:
                 return len(s)
             else:
-                row = passed
+                row = passed.row
                 self.trace.tick = first + row
                 self.mover.s = float(s[row])
                 self.world.advance(self.tick)
-                entry = self.execution.front
-                assert entry is not None, "a row was found for it"
-                self._execute(entry)
+                passed.happens()
                 told[row:] = self._told
-                finished |= isinstance(entry.call, Motion)
+                finished |= passed.ends_motion
+                if passed.stops:
+                    return row + 1
 
-    def _next_row(self, s: Floats, row: int) -> int | None:
-        """Row, not before `row`, in which the path passes the next entry; None if it does not in s (N,)."""
-        entry = self.execution.front
-        if entry is None or s[-1] < self._frontier:
-            return None
-        if not isinstance(entry.call, Motion):
-            passable = self.execution.passable(entry) and not self.breaks.may_halt(entry)
-            return row if passable else None
-        place, law = self.planner.route.place(entry.number), self.mover.law
-        assert law is not None, "rows belong to a law"
-        if place is None:
-            return None
-        if abs(place - law.s_end) < _ARRIVED:  # an exact stop is reached when the path is at rest
-            return len(s) - 1 if s[-1] == law.s_end else None
-        passed = max(row, int(np.searchsorted(s, place)))
-        return passed if passed < len(s) else None
+    def _next_row(self, s: Floats) -> int | None:
+        passed = self._passing.next(s, 0, self.tick + 1, self._frontier)
+        return None if passed is None else passed.row
 
     def _look_ahead(self) -> bool:
         """Blocks were finished while moving: interpreter and planner go on; True if the law changed."""
@@ -272,7 +261,9 @@ class Kernel(Company):
             if entry is not None and self.breaks.halts(entry, self.line):
                 self.state, self._hold = State.HALTED, Hold.HALT
                 return
-            if entry is not None and self._reached(entry):
+            if entry is not None and (action := self._passing.standing_at(entry)) is not None:
+                self.execution.act(action)
+            elif entry is not None and self._reached(entry):
                 self.execution.blocks.set_out(entry.number)  # where the motion has no length
                 self._execute(entry)
             elif self._interpret() or self.planner.plan(self.mover.wanted):
@@ -285,6 +276,9 @@ class Kernel(Company):
                 return
             elif entry is not None and isinstance(entry.call, Barrier):
                 self._poll(entry.call)
+                return
+            elif entry is not None and isinstance(entry.call, End):  # its pulses are waited for
+                self.state = State.DWELLING
                 return
             elif entry is not None and self._set_out(entry):
                 self.state = State.MOVING
@@ -319,10 +313,12 @@ class Kernel(Company):
     def _reached(self, entry: Entry) -> bool:
         if isinstance(entry.call, Barrier):
             return not self.dialogue.polls(entry.call)
+        if isinstance(entry.call, End):
+            return self.execution.pulses.next_end is None
         if not isinstance(entry.call, Motion):
             return True
         place = self.planner.route.place(entry.number)
-        return place is not None and place <= self.mover.s + _ARRIVED
+        return place is not None and place <= self.mover.s + ARRIVED
 
     def _set_out(self, entry: Entry) -> bool:
         """From rest into the motion of `entry`; False if its path is not known yet."""
@@ -337,12 +333,14 @@ class Kernel(Company):
     def _poll(self, barrier: Barrier) -> None:
         """The program came back to a barrier in the tick in which it was answered: it polls, once a tick."""
         self.state = State.POLLING
-        self.fail(self.dialogue.vain_poll(barrier, self.statements))
+        if self.execution.pulses.next_end is None:
+            self.fail(self.dialogue.vain_poll(barrier, self.statements))
 
     def _wait(self) -> None:
         """Nothing can go on by itself."""
         self.state = State.WAITING
-        self.fail(self.planner.failure or self.dialogue.vain_wait())
+        pulsing = self.execution.pulses.next_end is not None
+        self.fail(self.planner.failure or (None if pulsing else self.dialogue.vain_wait()))
 
     def _interpret(self) -> bool:
         """Let the interpreter run if it may; True if it did."""

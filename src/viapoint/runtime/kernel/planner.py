@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 
 from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel.acting import ActingMotions
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
 from viapoint.runtime.kernel.failure import MotionError, PlanningError
@@ -24,7 +25,19 @@ from viapoint.runtime.kernel.zones import Passage
 from viapoint.runtime.path import Chain, GeometryError, Piece, Transition
 from viapoint.runtime.records import Floats
 from viapoint.runtime.workspace import Monitor
-from viapoint.vm.ports import Barrier, Dwell, End, Motion, RaiseM, SelectTool, SetOutput, Tangent, Track
+from viapoint.vm.ports import (
+    Barrier,
+    Dwell,
+    End,
+    Motion,
+    Pulse,
+    RaiseM,
+    SelectTool,
+    SetLevel,
+    SetOutput,
+    Tangent,
+    Track,
+)
 
 _BATCH: Final = 32
 """Entries planned at a time, and at least ahead of the robot."""
@@ -59,7 +72,8 @@ class Planner:
         self._resolver = Resolver(cell, q_start)
         self._chain = Chain(tolerance=cell.path_tolerance)
         self._stepping = stepping
-        self._outputs = cell.io.digital_outputs
+        self._outputs, self._levels = cell.io.digital_outputs, cell.io.analog_outputs
+        self._acting = ActingMotions(self.route)
         self._lines: dict[int, int] = {}  # of the motions from the oldest one whose end is undecided on
         self._decided: set[int] = set()  # tags among them whose end is
         self._open: int | None = None  # tag of the motion whose corner is not decided yet
@@ -138,9 +152,8 @@ class Planner:
             case RaiseM(line=line, synchronous=synchronous):
                 if synchronous:
                     self.close(line)
-            case SetOutput(line=line, index=index):
-                if index > self._outputs:
-                    raise PlanningError("E314", f"the cell has no output DO{index}", line)
+            case SetOutput() | SetLevel() | Pulse() as write:
+                self._check_output(write)
             case Track(line=line, conveyor=0):
                 self.close(line)
             case Track(line=line):
@@ -149,7 +162,15 @@ class Planner:
                 if on:
                     raise PlanningError("E391", "tangential control (TANG) cannot be run yet", line)
 
+    def _check_output(self, write: SetOutput | SetLevel | Pulse) -> None:
+        kind, last = ("AO", self._levels) if isinstance(write, SetLevel) else ("DO", self._outputs)
+        if write.index > last:
+            raise PlanningError("E314", f"the cell has no output {kind}{write.index}", write.line)
+
     def _motion(self, motion: Motion, tag: int) -> None:
+        for action in motion.actions:
+            if not isinstance(action.call, RaiseM):
+                self._check_output(action.call)
         if motion.tool != self._tool:
             self.close(motion.line)
             self._tool = motion.tool
@@ -163,6 +184,7 @@ class Planner:
         if self._stepping:
             move = replace(move, corner=replace(move.corner, stop=True))
         self.route.announce(tag, replace(resolved, move=move), motion.line, motion.tool)
+        self._acting.announce(motion.actions, tag, self._last, move)
         self._lines[tag] = motion.line
         self._open = self._last = tag
         try:
@@ -177,7 +199,8 @@ class Planner:
             self.laid(pieces)
         for transition in transitions:
             self._report(transition)
-        self.route.take(pieces, marks)
+        self.route.take(*self._acting.hold_back(pieces, marks))
+        self._acting.check()
 
     def _report(self, transition: Transition) -> None:
         """A row of the blend report. A motion of no length may be decided before the one ahead of it."""

@@ -27,6 +27,10 @@ from viapoint.runtime.records import Floats
 from viapoint.runtime.robots import Robot
 from viapoint.runtime.rotations import invert_pose
 
+_GRID: Final = 33
+_NARROWING: Final = 8
+"""Places looked at, and how often between two of them: some 1e-12 of the way is left."""
+
 _HELD_TURN: Final = 1e-9
 """rad. Free joints that must turn by more than this before the TCP can leave a singular pose do so first."""
 
@@ -141,9 +145,23 @@ class Route:
         ends = ((place, self._motions[tag].line) for tag, place in self._places.items() if place > s)
         return min(ends, default=(s, 0))[1]
 
+    def unplace(self, tag: int) -> None:
+        """Motion `tag` and those after it are not to be executed: their ends are forgotten."""
+        for later in [each for each in self._places if each >= tag]:
+            del self._places[later]
+
     def travelled(self, s: float) -> float:
         """TCP length from the start of the route to s, m."""
         return float(self.axes.everything(np.array([s]))[0, -2]) if self.end > 0.0 else 0.0
+
+    def reaching(self, travelled: float, s_from: float, s_to: float) -> float:
+        """s between two places at which the TCP has travelled so far from the start of the route, m."""
+        for _ in range(_NARROWING):
+            grid = np.linspace(s_from, s_to, _GRID)
+            k = int(np.searchsorted(self.axes.everything(grid)[:, -2], travelled))
+            k = min(max(k, 1), _GRID - 1)
+            s_from, s_to = float(grid[k - 1]), float(grid[k])
+        return s_to
 
     def next_stop(self, s: float) -> float | None:
         """The first exact stop beyond s, if it is known."""

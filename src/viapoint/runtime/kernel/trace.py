@@ -14,7 +14,7 @@ class Trace:
         self.tick = 0
         self._robot = robot
         self._listener = listener
-        self._tick_s = tick_s
+        self.tick_s = tick_s
 
     @property
     def time(self) -> float:
@@ -23,7 +23,7 @@ class Trace:
 
     def time_of(self, tick: int) -> float:
         """Time of a tick, s."""
-        return tick * self._tick_s
+        return tick * self.tick_s
 
     def emit(self, kind: str, line: int, *, tick: int | None = None, **data: EventValue) -> None:
         """Tell an event of the present tick, or of an earlier one."""

@@ -241,12 +241,12 @@ class Recorder:
         }
         self._file.message("/events", _json(head | dict(event.data)), at)
         if event.kind in ("output", "input_read"):
-            value = bool(event.data["value"])
+            value = event.data["value"]
             signal = {
                 "t": event.t,
                 "signal": event.data["signal"],
-                "value": value,
-                "level": int(value),
+                "value": bool(value),
+                "level": float(value) if isinstance(value, float) else int(bool(value)),
                 "access": "written" if event.kind == "output" else "read",
                 "line": event.line,
             }

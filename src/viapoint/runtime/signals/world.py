@@ -10,12 +10,14 @@ import copy
 import heapq
 import itertools
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Self, assert_never
 
 from viapoint.runtime.cell import Cell, Signal, SignalKind
 from viapoint.runtime.signals.bank import SignalBank, Value
 from viapoint.runtime.signals.scenario import Answer, Change, MFlag, Scenario
+from viapoint.vm.conditions import Reading
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -25,6 +27,12 @@ class _Due:
     tick: int
     order: int
     changes: tuple[Change, ...]
+
+
+def _reading(target: Signal | MFlag) -> Reading:
+    if isinstance(target, MFlag):
+        return Reading("M", target.index)
+    return Reading(target.kind.value, target.index)
 
 
 class SignalWorld:
@@ -102,6 +110,11 @@ class SignalWorld:
         coming = self._coming()
         return bool(coming) if awaited is None else awaited in coming
 
+    def coming(self, readings: Iterable[Reading]) -> bool:
+        """Whether anything of what is read may still change without the robot doing anything."""
+        read = set(readings)
+        return any(_reading(change.target) in read for change in self._coming())
+
     def _coming(self) -> set[Change]:
         """All changes that may still happen without the robot doing anything."""
         fresh = [change for due in self._agenda for change in due.changes]
@@ -120,6 +133,11 @@ class SignalWorld:
         signal = self.bank.existing(Signal(SignalKind.DIGITAL_OUTPUT, index))
         if index not in self._held_off:
             self._schedule(tick + 1, (Change(signal, value),))
+
+    def write_level(self, index: int, value: float, tick: int) -> None:
+        """The path sets an analog output in `tick`; readers see it in the next."""
+        signal = self.bank.existing(Signal(SignalKind.ANALOG_OUTPUT, index))
+        self._schedule(tick + 1, (Change(signal, value),))
 
     def raise_m(self, index: int, tick: int) -> None:
         """The path raises a flag. It is the robot's own: seen by it at once, by others in the next tick."""
@@ -145,6 +163,13 @@ class SignalWorld:
     def flags(self) -> frozenset[int]:
         """The M functions whose flag is raised."""
         return frozenset(flag.index for flag in self._flags if flag.robot == self._robot)
+
+    def read(self, reading: Reading) -> Value:
+        """A signal or flag as a condition reads it. Raises KeyError where the cell has it not."""
+        if reading.kind == "M":
+            return self.read_m(reading.number)
+        value = self.bank.read(Signal(SignalKind(reading.kind), reading.number))
+        return value if reading.kind in ("AI", "AO") else bool(value)
 
     # --- somebody outside --------------------------------------------------------------------------
 
