@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 
 from viapoint.runtime.cell import Cell, Point
 from viapoint.runtime.kernel import AuxiliaryAxes, Kernel, Start, State
@@ -102,7 +101,7 @@ class Interactive(Session):
                 left = min(left, at_least - passed)
             if left <= 0:
                 return
-            yield self._tell(self._timed(partial(self.kernel.advance, left)))
+            yield self.advance(left)
             self._note_end()
 
     @property

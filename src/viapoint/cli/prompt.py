@@ -15,7 +15,7 @@ def repl(chosen: Namespace) -> int:
     from viapoint.repl import Console
     from viapoint.repl.moving import load_program
 
-    cell = cell_from(chosen.cell)
+    cell = cell_from(chosen.cell, chosen.file)
     terminal = sys.stdin.isatty() and sys.stdout.isatty()
     clever = terminal and os.environ.get("TERM", "dumb") != "dumb"
     console = Console(

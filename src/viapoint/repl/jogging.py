@@ -12,8 +12,7 @@ from viapoint.repl import show, values
 from viapoint.repl.console import Complaint
 from viapoint.report import joints_in_degrees
 from viapoint.runtime.kernel import AuxiliaryAxes
-from viapoint.runtime.records import Floats
-from viapoint.runtime.rotations import invert_pose
+from viapoint.runtime.rotations import invert_pose, rotation_vector_to_matrix
 
 SPEEDS: Final = {"J": 20.0, "E": 20.0, "XYZ": 50.0, "ABC": 10.0}
 """F where none is said: deg/s, deg/s, mm/s, deg/s; a tenth or less of what robots can."""
@@ -74,20 +73,13 @@ def _line(session: Interactive, space: str, frame: int, axis: str, by: float, sp
     direction = R[:, k % 3]
     target = X_base_tcp.copy()
     if turns:
-        target[:3, :3] = rotation(direction, by * DEG) @ X_base_tcp[:3, :3]
+        target[:3, :3] = rotation_vector_to_matrix(direction * by * DEG) @ X_base_tcp[:3, :3]
     else:
         target[:3, 3] += direction * (by * MM)
     values_there = show.coordinates(invert_pose(session.frame(0)) @ target)
     names = show.COORDINATES if turns else show.COORDINATES[:3]
     where = " ".join(f"{name}={_exact(v)}" for name, v in zip(names, values_there, strict=False))
     return f"ML {where} F{speed or SPEEDS['ABC' if turns else 'XYZ']:g}\n"
-
-
-def rotation(axis: Floats, angle: float) -> Floats:
-    """Rotation (3, 3) by an angle (rad) about a unit vector (3,): Rodrigues' formula."""
-    x, y, z = axis
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K))
 
 
 def _exact(value: float) -> str:
