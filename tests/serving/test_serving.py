@@ -182,8 +182,36 @@ def test_the_client_of_a_lockstep_may_leave() -> None:
 def test_ctrl_c_ends_a_run_that_waits_for_a_client() -> None:
     with served("part.via", "--await-client") as run, Client(port=run.port):
         run.process.terminate()
-        assert run.report()["status"] == "stopped"
+        report = run.report()
+        assert report["status"] == "stopped"
+        assert report["ticks"] <= 1
         assert run.process.returncode == 1
+
+
+def test_ctrl_c_ends_a_run_in_emergency_stop() -> None:
+    with served("part.via", "--await-client") as run, Client(port=run.port) as client:
+        client.request("subscribe", events=True)
+        client.request("start")
+        client.request("estop")
+        while "standing" not in client.told():
+            pass
+        run.process.terminate()
+        assert run.report()["status"] == "stopped"
+
+
+def test_with_the_clock_time_waits_for_nobody() -> None:
+    with served("part.via", "--await-client", "--realtime", "--max-time", "1.5") as run:
+        with Client(port=run.port) as client:
+            client.request("subscribe", monitor_hz=50)
+            client.request("halt")
+            client.request("start")
+            ticks = []
+            while "end" not in (told := client.told()):
+                ticks.append(told["monitor"]["tick"])
+        assert ticks == list(range(0, 1501, 20))
+        report = run.report()
+    assert report["ticks"] == 1500
+    assert report["realtime"]
 
 
 @pytest.mark.parametrize(

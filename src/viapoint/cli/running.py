@@ -160,7 +160,7 @@ class _Job:
             listeners=listeners,
         )
         if self.attendant is not None:
-            self.attendant.bind(self.session)
+            self.attendant.bind(self.session, window)
         if self.recorder is not None:
             self.session.kernel.planner.laid = self._draw
             self.session.kernel.execution.blocks.paced = self.recorder.event
@@ -178,12 +178,16 @@ class _Job:
         try:
             with self.sender or nullcontext(), Stop() as stop:
                 self._attend(stop)
+                if stop.asked:  # before it has begun: then nothing moves
+                    self.session.halt()
                 for window in self.session.run():
                     if live is not None:
                         live(window, self.session)
                     if self.sender is not None:
                         self.sender.send(window)
                     self._attend(stop)
+                    if self.interrupted and self.session.at_rest:
+                        break  # after an emergency stop there is nothing to stop
                     if stop.asked and not self.interrupted:
                         self.interrupted = True
                         self.session.stop()
@@ -240,7 +244,7 @@ def _attendant(chosen: Namespace) -> Attendant | None:
     except OSError as error:
         raise Refusal(f"cannot serve on {host}:{port}: {error.strerror or error}") from error
     note(f"serving on {hub.address[0]}:{hub.address[1]}")
-    return Attendant(hub, await_client=chosen.await_client)
+    return Attendant(hub, await_client=chosen.await_client, paced=chosen.realtime)
 
 
 class Stop:

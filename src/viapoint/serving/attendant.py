@@ -62,10 +62,10 @@ class Attendant:
         assert self._session is not None, "bound before it is used"
         return self._session
 
-    def bind(self, session: Session) -> None:
-        """Attend this session, whose listener it is."""
+    def bind(self, session: Session, window: int) -> None:
+        """Attend this session, whose listener it is; `window` ticks at most are computed at once."""
         self._session = session
-        self._window = max(1, round(WINDOW_S / session.cell.tick))
+        self._window = max(1, min(window, round(WINDOW_S / session.cell.tick)))
         session.set_window(self._window)
 
     # --- listening ---------------------------------------------------------------------------------
