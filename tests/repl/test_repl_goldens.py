@@ -1,7 +1,7 @@
 """Whole sittings, word for word: the golden file holds what is typed (behind its prompt) and what is said.
 
-What the time law decides is masked: durations and times, and where the robot is when it is stopped on
-its way.
+What the time law decides is masked: durations, times, the lengths travelled in a tick, and where the
+robot is when it is stopped on its way.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ GOLDEN = Path(__file__).parents[1] / "golden" / "repl"
 NAMES = sorted(path.stem for path in GOLDEN.glob("*.txt"))
 
 _PROMPT = re.compile(r"^(?:via>|\.\.\.>) ?(.*)$")
-_TIME = re.compile(r"\d+\.\d{3} s\b")
+_FIGURES = re.compile(r"\d+\.\d+ (s|mm)\b")
 _ON_ITS_WAY = re.compile(r"(?<=\bat )[^,]*(?=,)")
 
 
@@ -27,7 +27,7 @@ def typed(transcript: str) -> str:
 
 
 def masked(transcript: str) -> str:
-    lines = (_TIME.sub("#.### s", line) for line in transcript.splitlines())
+    lines = (_FIGURES.sub(r"# \1", line) for line in transcript.splitlines())
     return "\n".join(_ON_ITS_WAY.sub("…", line) if line.startswith("stopped") else line for line in lines)
 
 
