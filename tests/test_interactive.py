@@ -195,7 +195,8 @@ def test_it_waits_for_somebody_outside() -> None:
     assert session.at_rest
     session.set_input("DI3", True)
     assert bench.go().status is Status.FINISHED
-    assert session.kernel.tick == 1
+    assert session.kernel.tick == 2  # DI3 is seen, DO1 written; and what was written can be seen
+    assert session.signals.read(session.signals.resolve("DO1"))
 
 
 def test_the_scenario_goes_on_between_programs() -> None:

@@ -103,6 +103,12 @@ class Interactive(Session):
                 return
             yield self.advance(left)
             self._note_end()
+        if (
+            self.kernel.over
+            and most is None
+            and self._world.next_change(self.kernel.tick) == self.kernel.tick + 1
+        ):
+            yield self.advance(1)  # so that the next program sees what this one has written
 
     @property
     def next_line(self) -> int:

@@ -280,7 +280,7 @@ class Session:
     def at_rest(self) -> bool:
         """Whether nothing goes on by itself: it is over, halted, or waits for somebody outside."""
         state = self.kernel.state
-        waits = state in _AWAITING and not self._world.pending()
+        waits = state in _AWAITING and not self._world.pending() and self.kernel.dialogue.deadline is None
         return self.kernel.over or state in _RESTING or waits
 
     def set_window(self, ticks: int) -> None:

@@ -8,7 +8,14 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-from viapoint.language.commands import ACTIONS, MOTION_BY_WORD, Form, Parameter
+from viapoint.language.commands import (
+    ACTION_BY_WORD,
+    MOTION_BY_WORD,
+    ActionCommand,
+    Form,
+    Operand,
+    Parameter,
+)
 from viapoint.language.tree import name_key
 from viapoint.repl.commands import BY_NAME, COMMANDS
 from viapoint.repl.console import Console
@@ -19,7 +26,8 @@ _LAST_WORD: Final = re.compile(r"\S*$")
 _NUMBERED_SIGNALS: Final = 8
 """Signals without a name that are offered by their number; more would only fill the screen."""
 
-_AFTER: Final = {"SET": ("DO",), "RESET": ("DO",)}
+_AT_A_PLACE: Final = ("SET", "RESET", "PULSE", "M")
+"""What can be done at a place of the next motion."""
 
 
 def complete(console: Console, text: str) -> tuple[list[str], int]:
@@ -61,18 +69,45 @@ def _statement(console: Console, before: str) -> Iterable[str]:
     words = (before.partition(":")[2] if label else before).upper().split()
     if not words:
         yield from MOTION_BY_WORD
-        yield from (action.word for action in ACTIONS)
+        yield from ACTION_BY_WORD
     elif words[0] in MOTION_BY_WORD:
         yield from _parameters(console, words)
-    elif words[-1] in ("GOTO", "SUB"):
+    elif words[0] in ACTION_BY_WORD:
+        yield from _operand(console, ACTION_BY_WORD[words[0]], words)
+
+
+def _operand(console: Console, action: ActionCommand, words: list[str]) -> Iterable[str]:
+    cell = console.session.cell
+    match action.operand:
+        case Operand.LABEL_TIMES:
+            yield from _labels(console)
+        case Operand.CONDITION | Operand.WAIT:
+            yield from _condition(console, action, words)
+        case Operand.LEVEL:
+            yield from _signals(console, ("DO", "AO"))
+        case Operand.OUTPUT | Operand.PULSE:
+            yield from _signals(console, ("DO",))
+        case Operand.PLACE if len(words) == 2:
+            yield from _AT_A_PLACE
+        case Operand.PLACE if len(words) > 2 and words[2] in _AT_A_PLACE:
+            yield from _operand(console, ACTION_BY_WORD[words[2]], words[2:])
+        case Operand.VALUE if action.word == "T":
+            yield from (str(index) for index in sorted(cell.tools))
+        case Operand.VALUE if action.word == "TRK":
+            yield from (str(index) for index in (0, *sorted(cell.conveyors)))
+
+
+def _condition(console: Console, action: ActionCommand, words: list[str]) -> Iterable[str]:
+    if words[-1] == "GOTO":
         yield from _labels(console)
-    elif words[0] in ("IF", "ELSEIF", "WAIT"):
-        yield from _signals(console, ("DI", "DO"))
-        yield from ("AND", "OR", "NOT") if len(words) > 1 else ("NOT",)
-    elif words[0] == "T":
-        yield from (str(index) for index in sorted(console.session.cell.tools))
+        return
+    yield from _signals(console, tuple(kind.value for kind in SignalKind))
+    if len(words) > 1:
+        yield from ("AND", "OR", "NOT")
     else:
-        yield from _signals(console, _AFTER.get(words[0], ()))
+        yield from ("NOT",) if action.operand is Operand.WAIT else ("NOT", "AHEAD")
+    if action.operand is Operand.WAIT and len(words) > 1:
+        yield from ("TIMEOUT", "GOTO")
 
 
 def _parameters(console: Console, words: list[str]) -> Iterable[str]:
@@ -86,6 +121,8 @@ def _parameters(console: Console, words: list[str]) -> Iterable[str]:
         match parameter.key:
             case "P" | "Q" as code:
                 yield from (f"{code}{index}" for index in sorted(session.points))
+                if code == "P":
+                    yield from (point.name for point in session.points.values() if point.name is not None)
             case "Z":
                 yield from (f"Z{index}" for index in sorted(session.cell.frames))
             case "T":

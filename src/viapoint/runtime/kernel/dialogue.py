@@ -103,6 +103,8 @@ class Dialogue:
                 return f"DI{index}"
             case AwaitReset(index=index) if self._raised:
                 return f"the reset of M{index}"
+            case AwaitCondition(condition=condition):
+                return condition.text.removeprefix("WAIT ")
             case _:
                 return ""
 
