@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from viapoint.runtime.recording import Axis, Recorder, RunInfo
-from viapoint.runtime.recording.mcapwriter import McapWriter, Topic
+from viapoint.runtime.recording.mcapwriter import HEAD_SIZE, McapWriter, Topic
 from viapoint.runtime.records import Window
 
 SECONDS = 60
@@ -87,7 +87,8 @@ def with_ours(path: Path, payload: Messages) -> None:
             writer.message("/0", part[0][1], part[0][2])
             for topic in (1, 2):
                 alike = [(data, at) for number, data, at in part if number == topic]
-                rows = np.frombuffer(b"".join(data for data, _ in alike), np.uint8).reshape(RATE, -1)
+                data = b"".join(bytes(HEAD_SIZE) + data for data, _ in alike)
+                rows = np.frombuffer(bytearray(data), np.uint8).reshape(RATE, -1)
                 writer.messages(f"/{topic}", rows, np.array([at for _, at in alike]))
             writer.flush()
 

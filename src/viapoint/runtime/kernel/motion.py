@@ -49,9 +49,6 @@ _STOPPING_SHARE: Final = 3.0
 _ASKED_BEFORE: Final = 2
 """Ticks before braking in which a zone is asked for: the next law begins after that in which it is given."""
 
-_REPORT_SAMPLES: Final = 33
-"""Times at which a block is asked what limits it."""
-
 _ROUNDING: Final = 1e-9
 """Part of a tick by which a law's end may pass a tick and count as in it."""
 
@@ -285,30 +282,34 @@ class Mover:
 
     def limited_by(self, first_tick: int, last_tick: int) -> str:
         """What held the speed back for most of the time between two ticks of the present law."""
-        law = self.law
-        if law is None or last_tick <= first_tick:
-            return ""
-        times = np.linspace(first_tick, last_tick, _REPORT_SAMPLES) * self._tick
-        codes, counts = np.unique(law.limited_by(law.at(times)[0]), return_counts=True)
-        return self._name(int(codes[np.argmax(counts)]))
+        seconds: dict[int, float] = {}
+        for code, span in self._held_back(first_tick, last_tick):
+            seconds[code] = seconds.get(code, 0.0) + span
+        return self._name(max(seconds, key=seconds.__getitem__)) if seconds else ""
 
     def pace(self, first_tick: int, last_tick: int) -> str:
         """What held the speed back from one tick to another of the present law: names with their seconds.
 
         As in "J2 0.113, programmed speed 0.5"; `-` where nothing does.
         """
+        spans = self._held_back(first_tick, last_tick)
+        return ", ".join(f"{self._name(code) or '-'} {seconds:.6g}" for code, seconds in spans)
+
+    def _held_back(self, first_tick: int, last_tick: int) -> list[tuple[int, float]]:
+        """Codes of what held the speed back, one after the other, with their seconds."""
         law = self.law
         if law is None or last_tick <= first_tick:
-            return ""
+            return []
         begin, end = first_tick * self._tick - law.t0, last_tick * self._tick - law.t0
-        edges = np.clip(law.t, begin, end)
-        changes = np.flatnonzero(np.diff(law.limiter)) + 1
-        marks = np.concatenate(([begin], edges[changes], [end]))
-        codes = law.limiter[np.concatenate(([0], changes))]
-        spans = zip(codes.tolist(), np.diff(marks).tolist(), strict=True)
-        return ", ".join(
-            f"{self._name(code) or '-'} {seconds:.6g}" for code, seconds in spans if seconds > 0.0
-        )
+        first = min(max(int(np.searchsorted(law.t, begin, side="right")) - 1, 0), len(law.limiter) - 1)
+        last = min(max(int(np.searchsorted(law.t, end)), first + 1), len(law.limiter))
+        codes, edges = law.limiter[first:last].tolist(), law.t[first + 1 : last].tolist()
+        spans, since = [], begin
+        for code, following, until in zip(codes, [*codes[1:], None], [*edges, end], strict=True):
+            if code != following:
+                spans.append((code, until - since))
+                since = until
+        return [(code, seconds) for code, seconds in spans if seconds > 0.0]
 
     def _name(self, code: int) -> str:
         driven = len(self.limits.speed) - 2

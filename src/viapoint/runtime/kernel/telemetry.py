@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from viapoint.runtime import core
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.peaks import PeakMeter
@@ -102,9 +103,13 @@ class Telemetry:
 
     def _tcp(self, joints: Floats, tool: int) -> tuple[Floats, Floats]:
         """Position (N, 3) and quaternion (N, 4) at joints (N, n)."""
-        X = self._cell.robot.fk(joints)
-        R, position = X[:, :3, :3], X[:, :3, 3]
-        if tool:
-            held = self._cell.tools[tool].X_flange_tool
-            R, position = R @ held[:3, :3], position + R @ held[:3, 3]
-        return position, matrix_to_quaternion(R)
+        X, carried = self._cell.robot.fk(joints), self._cell.tools[tool].X_flange_tool
+        module = core.chosen("kernel._ticks")
+        found: tuple[Floats, Floats] = (held if module is None else module.held)(X, carried)
+        return found[0], matrix_to_quaternion(found[1])
+
+
+def held(X_base_flange: Floats, X_flange_tool: Floats) -> tuple[Floats, Floats]:
+    """Positions (N, 3) and rotations (N, 3, 3) of a tool on flanges (N, 4, 4)."""
+    R = X_base_flange[:, :3, :3]
+    return X_base_flange[:, :3, 3] + R @ X_flange_tool[:3, 3], R @ X_flange_tool[:3, :3]

@@ -1,7 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Compiled core of the recorder: doubles into message templates, links into frames.
+"""Compiled core of the recorder: numbers into message templates, links into frames.
 
-Twins: `wire.fill`, and `link_frames` with `chained` in `scene`. Same equations, same order of steps.
+Twins: `wire.encode`, `mcapwriter.address`, and `link_frames` with `chained` in `scene`. The same bytes: it is
+built for machines whose numbers begin with the lowest byte, as those in the file do.
 """
 
 import numpy as np
@@ -10,17 +11,59 @@ from libc.math cimport sqrt
 from libc.string cimport memcpy
 
 from viapoint.runtime.recording import scene as _twin
+from viapoint.runtime.recording import wire as _wire
 
 cdef double SHORT = _twin.SHORT
 cdef double DOWNWARD = _twin.DOWNWARD
+cdef int PADDED_VARINT = _wire.PADDED_VARINT
+cdef long long NANOSECONDS = _wire.NANOSECONDS
 
 
-def fill(unsigned char[:, ::1] out, const long long[::1] slots, const double[:, ::1] values):
-    """Doubles (N, K) into the rows (N, L) at the bytes `slots` (K,)."""
+def encode(
+    unsigned char[:, :] out, const unsigned char[::1] row, const long long[::1] slots,
+    const double[:, ::1] values, const long long[::1] times, const long long[::1] nanoseconds
+):
+    """As `wire.encode`."""
     cdef Py_ssize_t i, k
+    cdef unsigned char *at
     for i in range(values.shape[0]):
+        at = &out[i, 0]
+        memcpy(at, &row[0], row.shape[0])
         for k in range(values.shape[1]):
-            memcpy(&out[i, slots[k]], &values[i, k], sizeof(double))
+            memcpy(at + slots[k], &values[i, k], sizeof(double))
+        for k in range(times.shape[0]):
+            _pad(nanoseconds[i] // NANOSECONDS, at + times[k] + 1)
+            _pad(nanoseconds[i] % NANOSECONDS, at + times[k] + 2 + PADDED_VARINT)
+
+
+cdef inline void _pad(long long value, unsigned char *at) noexcept nogil:
+    """A varint of five bytes."""
+    cdef int k
+    for k in range(PADDED_VARINT):
+        at[k] = (value >> (7 * k)) & 0x7F | (0x80 if k < PADDED_VARINT - 1 else 0)
+
+
+def address(
+    unsigned char[:, ::1] rows, unsigned char op, unsigned short channel, unsigned int sequence,
+    const long long[::1] nanoseconds, unsigned long long offset
+):
+    """As `mcapwriter.address`."""
+    cdef Py_ssize_t i, count = rows.shape[0]
+    cdef unsigned long long length = rows.shape[1] - 9
+    cdef unsigned int number
+    cdef unsigned char *at
+    result = np.empty((count, 2), "<u8")
+    cdef unsigned long long[:, ::1] index = result
+    for i in range(count):
+        at, number = &rows[i, 0], sequence + <unsigned int>i
+        at[0] = op
+        memcpy(at + 1, &length, 8)
+        memcpy(at + 9, &channel, 2)
+        memcpy(at + 11, &number, 4)
+        memcpy(at + 15, &nanoseconds[i], 8)
+        memcpy(at + 23, &nanoseconds[i], 8)
+        index[i, 0], index[i, 1] = nanoseconds[i], offset + i * rows.shape[1]
+    return result
 
 
 cdef void _link_turn(const double *start, const double *end, double *q) noexcept nogil:

@@ -19,6 +19,8 @@ import lz4.frame
 import numpy as np
 import numpy.typing as npt
 
+from .. import core
+
 Bytes = npt.NDArray[np.uint8]
 Stamps = npt.NDArray[np.int64]
 
@@ -62,6 +64,7 @@ _HEAD: Final = np.dtype(
 """What stands before the data of a message."""
 
 _HEAD_FORMAT: Final = "<BQHIQQ"
+HEAD_SIZE: Final = _HEAD.itemsize
 _PREFIX: Final = 9
 """Bytes of a record before its content: opcode and length."""
 
@@ -101,6 +104,11 @@ class _Chunk:
         self.size += len(data)
         self.index.setdefault(channel, []).append(index)
 
+    def go_on(self, data: bytes) -> None:
+        """The rest of the message added last."""
+        self.parts.append(data)
+        self.size += len(data)
+
 
 class McapWriter:
     """Writes messages, attachments and metadata; `flush` makes all so far readable after a crash."""
@@ -133,26 +141,24 @@ class McapWriter:
     def message(self, topic: str, data: bytes, nanoseconds: int) -> None:
         """One message, with the next chunk."""
         channel = self._channels[topic]
-        length, count = _HEAD.itemsize - _PREFIX + len(data), self._counts[channel]
+        length, count = HEAD_SIZE - _PREFIX + len(data), self._counts[channel]
         head = struct.pack(_HEAD_FORMAT, _Op.MESSAGE, length, channel, count, nanoseconds, nanoseconds)
         index = struct.pack("<QQ", nanoseconds, self._chunk.size)
         self._counts[channel] += 1
-        self._chunk.add(channel, head + data, index, nanoseconds, nanoseconds)
+        self._chunk.add(channel, head, index, nanoseconds, nanoseconds)
+        self._chunk.go_on(data)
 
-    def messages(self, topic: str, data: Bytes, nanoseconds: Stamps) -> None:
-        """Messages (N, L) of one length, in ascending order of their times (N,)."""
-        if not len(data):
+    def messages(self, topic: str, rows: Bytes, nanoseconds: Stamps) -> None:
+        """Messages of one length (N, HEAD_SIZE + L), in ascending order of their times (N,).
+
+        What stands before the data in each row is filled in.
+        """
+        count = len(rows)
+        if not count:
             return
-        channel, (count, length) = self._channels[topic], data.shape
-        head = np.empty(count, _HEAD)
-        head["op"], head["length"] = _Op.MESSAGE, _HEAD.itemsize - _PREFIX + length
-        head["channel"] = channel
-        head["sequence"] = np.arange(self._counts[channel], self._counts[channel] + count)
-        head["logged"] = head["published"] = nanoseconds
-        rows = np.concatenate((head.view(np.uint8).reshape(count, -1), data), axis=1)
-        index = np.empty((count, 2), "<u8")
-        index[:, 0] = nanoseconds
-        index[:, 1] = self._chunk.size + rows.shape[1] * np.arange(count)
+        channel, module = self._channels[topic], core.chosen("recording._core")
+        addressed = address if module is None else module.address
+        index = addressed(rows, _Op.MESSAGE, channel, self._counts[channel], nanoseconds, self._chunk.size)
         self._counts[channel] += count
         self._chunk.add(channel, rows.tobytes(), index.tobytes(), int(nanoseconds[0]), int(nanoseconds[-1]))
 
@@ -245,6 +251,17 @@ class McapWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def address(rows: Bytes, op: int, channel: int, sequence: int, nanoseconds: Stamps, offset: int) -> Stamps:
+    """Fill in the heads of messages that begin at `offset` of a chunk; time and offset (N, 2) of each."""
+    count, size = rows.shape
+    head = np.empty(count, _HEAD)
+    head["op"], head["length"], head["channel"] = op, size - _PREFIX, channel
+    head["sequence"] = np.arange(sequence, sequence + count)
+    head["logged"] = head["published"] = nanoseconds
+    rows[:, :HEAD_SIZE] = head.view(np.uint8).reshape(count, -1)
+    return np.stack((nanoseconds, offset + size * np.arange(count)), axis=1).astype("<i8")
 
 
 def _record(op: _Op, content: bytes) -> bytes:

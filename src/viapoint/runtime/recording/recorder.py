@@ -19,7 +19,7 @@ from ..records import Event, Ints, Window
 from . import layouts, scene
 from .blocks import BlockBuilder, Joined
 from .info import Floats, RunInfo, Skeleton
-from .mcapwriter import McapWriter, Topic
+from .mcapwriter import HEAD_SIZE, McapWriter, Topic
 from .schemas import JSON_SCHEMAS, TRACE_SCHEMA, trace_descriptor
 from .wire import NANOSECONDS, Template, bytes_field, double_field, message_field, time_field
 
@@ -153,7 +153,7 @@ class Recorder:
 
     def _write_joints(self, block: Joined, rows: Rows, stamps: Ints) -> None:
         values = np.stack((block.actual[rows], *block.derivatives(rows, self._info.tick_s)), axis=-1)
-        messages = self._joint_template.encode(stamps, values.reshape(len(rows), -1))
+        messages = self._joint_template.encode(stamps, values.reshape(len(rows), -1), HEAD_SIZE)
         self._file.messages(JOINT_STATES, messages, stamps)
         if self._ros:
             for stamp, row in zip(stamps.tolist(), values.tolist(), strict=True):
@@ -182,7 +182,7 @@ class Recorder:
                 entities = scene.link_entities(points[0], self._radii)
                 self._file.message("/scene", scene.scene_update(entities), 0)
         values = scene.frame_values(points, block.position[rows], block.quaternion[rows])
-        self._file.messages("/tf", self._frame_template.encode(stamps, values), stamps)
+        self._file.messages("/tf", self._frame_template.encode(stamps, values, HEAD_SIZE), stamps)
 
     def _write_travelled(self, block: Joined, rows: Rows, at: int) -> None:
         first = [] if block.last_position is None else [block.last_position[None]]

@@ -17,6 +17,7 @@ from .. import core
 
 Floats = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
+Ints = npt.NDArray[np.int64]
 
 VARINT, FIXED64, LENGTH = 0, 1, 2
 NANOSECONDS = 1_000_000_000
@@ -144,30 +145,28 @@ class Template:
         self._slots = np.asarray(slots, dtype=np.int64)
         self._times = np.asarray(times, dtype=np.int64)
 
-    def encode(self, nanoseconds: npt.NDArray[np.int64], values: Floats) -> Bytes:
-        """(N,) ns since the start and (N, slots) values → N messages, the rows of the result."""
-        out = np.tile(self._row, (len(values), 1))
+    def encode(self, nanoseconds: npt.NDArray[np.int64], values: Floats, room: int = 0) -> Bytes:
+        """(N,) ns since the start and (N, slots) values → N messages, the rows of the result.
+
+        `room` bytes before each are left for what a container puts there.
+        """
+        out = np.empty((len(values), room + len(self._row)), np.uint8)
+        message, values = out[:, room:], np.ascontiguousarray(values, dtype="<f8")
         module = core.chosen("recording._core")
-        if module is None:
-            fill(out, self._slots, values)
-        else:
-            module.fill(out, self._slots, np.ascontiguousarray(values, dtype="<f8"))
-        if len(self._times):
-            self._stamp(out, nanoseconds)
+        encoded = encode if module is None else module.encode
+        encoded(message, self._row, self._slots, values, self._times, nanoseconds)
         return out
 
-    def _stamp(self, out: Bytes, nanoseconds: npt.NDArray[np.int64]) -> None:
+
+def encode(out: Bytes, row: Bytes, slots: Ints, values: Floats, times: Ints, nanoseconds: Ints) -> None:
+    """Rows (N, L): a template with doubles (N, K) at the bytes `slots` (K,) and a time at each of `times`."""
+    out[:] = row
+    out[:, (slots[:, None] + np.arange(SLOT_SIZE)).ravel()] = values.view(np.uint8).reshape(len(values), -1)
+    if len(times):
         seconds, rest = _padded(nanoseconds // NANOSECONDS), _padded(nanoseconds % NANOSECONDS)
-        for at in self._times.tolist():
+        for at in times.tolist():
             out[:, at + 1 : at + 1 + PADDED_VARINT] = seconds
             out[:, at + 2 + PADDED_VARINT : at + TIME_SLOT_SIZE] = rest
-
-
-def fill(out: Bytes, slots: npt.NDArray[np.int64], values: Floats) -> None:
-    """Put doubles (N, K) into the rows (N, L) at the bytes `slots` (K,)."""
-    raw = np.ascontiguousarray(values, dtype="<f8").view(np.uint8)
-    places = slots[:, None] + np.arange(SLOT_SIZE)
-    out[:, places.ravel()] = raw.reshape(len(values), -1)
 
 
 def _padded(values: npt.NDArray[np.int64]) -> Bytes:
