@@ -32,6 +32,7 @@ BENCHMARKS = (
     Benchmark("linuxcnc"),
     Benchmark("timing"),
     Benchmark("commands", quick=("100",)),
+    Benchmark("random_programs", quick=("200",)),
     Benchmark("language_speed", quick=("--lines", "20000", "--rounds", "2")),
     Benchmark("recording"),
 )

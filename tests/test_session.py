@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from session_runs import Run, at, cell, run
+from viapoint.runtime.kernel import State
 from viapoint.runtime.records import Event, Window
 from viapoint.runtime.signals import parse_scenario
 from viapoint.session import CompileError, Session, Status, compile_text
@@ -169,3 +170,31 @@ def test_a_program_that_does_not_compile_says_everything_that_is_wrong() -> None
     assert {d.code for d in refused.value.diagnostics if d.is_error} >= {"E201", "E220"}, (
         refused.value.diagnostics
     )
+
+
+def test_a_step_goes_on_with_the_motion_that_was_halted() -> None:
+    """Also in a chain that would be rounded. An override of 0 and an emergency stop end it early."""
+    stepped = session("MJ P1 F90\nML Y=0 F500 R30\nML X=1550 R30\nML Y=-300\n", None, step=True, window=10)
+    stepped.step()
+    for window in stepped.run():
+        if window.speed[-1] > 0.2:
+            break
+    stepped.halt()
+    for _ in stepped.run():
+        if stepped.kernel.state is State.HALTED:
+            break
+    middle = stepped.kernel.mover.s
+    stepped.step()
+    assert [e.line for e in stepped.events if e.kind == "block"] == [1, 2]
+    assert stepped.kernel.mover.s > middle
+    stepped.emergency_stop()
+    stepped.step()
+    assert stepped.kernel.state is State.EMERGENCY
+    stepped.reset()
+    stepped.step()
+    assert [e.line for e in stepped.events if e.kind == "block"] == [1, 2, 3]
+    stepped.set_override(0.0)
+    stepped.step()
+    assert stepped.kernel.state is State.HALTED
+    stepped.set_override(1.0)
+    assert stepped.finish() is Status.FINISHED

@@ -208,12 +208,17 @@ class Session:
         return self.status
 
     def step(self) -> list[Window]:
-        """Run until the next motion is finished, in a session made with `step`; its windows."""
+        """Run until the next motion is finished, in a session made with `step`; its windows.
+
+        After a halt it goes on with the motion that was halted. It ends early where the robot is held: by
+        an emergency stop that is not reset, or an override of 0.
+        """
         windows = []
         motions = self._blocks()
+        self.kernel.resume()
         for window in self.run():
             windows.append(window)
-            if self._blocks() > motions:
+            if self._blocks() > motions or self.kernel.state in (State.HALTED, State.EMERGENCY):
                 break
         return windows
 

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from command_runs import CommandRun
+from command_runs import CommandRun, command_cell
 from programs_at_random import random_program
 
 from session_runs import Run, cell, run
-from viapoint.runtime.cell import default_cell
 
 SHAPES = ("sinusoidal", "bezier")
 FREE = """
@@ -69,8 +66,8 @@ def test_random_programs_keep_limits_and_are_not_faster(name: str, seed: int) ->
 @pytest.mark.parametrize("seed", [0, 1, 5])
 def test_random_commands(name: str, seed: int) -> None:
     """Override, halt, back and emergency stop in the middle of changes of speed."""
-    command_run = CommandRun(seed, replace(default_cell(), profile=name))  # type: ignore[arg-type]
-    wrong = command_run.check()
+    command_run = CommandRun(seed, command_cell(name))
+    wrong = command_run.check().wrong
     assert not wrong, f"seed {seed}: {wrong}\n{command_run.describe()}"
 
 

@@ -104,10 +104,10 @@ def cells(ask: Request, est: Estimate, s_start: float) -> Cells:
     marks = programmed.knots_of(breaks, ask.bound, ask.tick)
     count = int(np.clip(est.t[-1] / _SHORTEST, 4, _CELLS))
     even = np.interp(np.linspace(0.0, float(est.t[-1]), count + 1)[1:-1], est.t, est.s)
-    edges = np.unique(np.concatenate(([s_start], marks, even, [ask.s_end])))
     apart = INSET * (ask.s_end - s_start)
-    edges = edges[np.append(np.diff(edges) > apart, True)]
-    edges[0] = s_start
+    inner = np.sort(np.concatenate((marks, even)))
+    inner = inner[(np.diff(inner, prepend=s_start) > apart) & (inner < ask.s_end - apart)]
+    edges = np.concatenate(([s_start], inner, [ask.s_end]))
     inside = INSET + (1.0 - 2.0 * INSET) * np.linspace(0.0, 1.0, _LOOKS)
     s = edges[:-1, None] + np.diff(edges)[:, None] * inside
     limits, shape = ask.limits, s.shape
