@@ -145,6 +145,7 @@ def windows(size: int = 512) -> list[Window]:
                 auxiliary=np.zeros((size, 0)),
                 position=joints[:, :3],
                 quaternion=np.tile([1.0, 0, 0, 0], (size, 1)),
+                deviation=np.zeros(size),
             )
         )
     return out

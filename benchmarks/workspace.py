@@ -108,8 +108,9 @@ def run(name: str, cell: str) -> None:
     for _ in range(4):
         session = Session(parse_cell(cell), program)
         kernel = session.kernel
-        doors = [Stopwatch(kernel.guard.watch), Stopwatch(kernel.guard.sent)]
-        kernel.guard.watch, kernel.guard.sent = doors  # type: ignore[method-assign]
+        guard = kernel.outlet.guard
+        doors = [Stopwatch(guard.watch), Stopwatch(guard.sent)]
+        guard.watch, guard.sent = doors  # type: ignore[method-assign]
         planned = Stopwatch(kernel.planner.route.axes.inspect or (lambda *_: None))
         kernel.planner.route.axes.inspect = planned
         session.finish()

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from viapoint.realtime import Punctuality, Sender, SenderError
     from viapoint.report import run_report
     from viapoint.runtime.cell import Cell, CellError, default_cell, load_cell, load_cells
+    from viapoint.runtime.kernel import Sensor
     from viapoint.runtime.recording import Recorder, Recording, RecordingError, load_recording
     from viapoint.runtime.records import Event, Window
     from viapoint.runtime.robots import Robot, RobotError, load_robot, robot_names
@@ -48,6 +49,7 @@ __all__ = [
     "ScenarioError",
     "Sender",
     "SenderError",
+    "Sensor",
     "Session",
     "Severity",
     "Station",
@@ -73,6 +75,7 @@ _HOMES = {
     "viapoint.realtime": ("Punctuality", "Sender", "SenderError"),
     "viapoint.report": ("run_report",),
     "viapoint.runtime.cell": ("Cell", "CellError", "default_cell", "load_cell", "load_cells"),
+    "viapoint.runtime.kernel": ("Sensor",),
     "viapoint.runtime.recording": ("Recorder", "Recording", "RecordingError", "load_recording"),
     "viapoint.runtime.records": ("Event", "Window"),
     "viapoint.runtime.robots": ("Robot", "RobotError", "load_robot", "robot_names"),

@@ -28,6 +28,7 @@ def run_report(session: Session, diagnostics: list[dict[str, Any]]) -> dict[str,
         "realtime_factor": round(session.realtime_factor, 1),
         "final": _final(session),
         "limits": limits_report(session),
+        "deviation": deviation_report(session),
         "diagnostics": diagnostics,
         "events": [event_data(event) for event in in_time_order(session.events)],
     }
@@ -77,6 +78,16 @@ def limits_report(session: Session) -> dict[str, Any]:
         if isinstance(value, list)
         else round(float(value), _RATIO_DIGITS)
         for key, value in result.items()
+    }
+
+
+def deviation_report(session: Session) -> dict[str, Any]:
+    """How far set points were from the path at most, by filter and corrections: mm of TCP, deg of joints."""
+    feed = session.kernel.outlet.feed
+    joints = joints_in_degrees(session.cell, feed.joint_deviation)
+    return {
+        "tcp_mm": round(feed.deviation / MM, _TIME_DIGITS),
+        "joints_deg": [round(float(v), _TIME_DIGITS) for v in joints],
     }
 
 

@@ -22,7 +22,7 @@ from viapoint.language.diagnostics import Diagnostic, has_errors
 from viapoint.language.reading import read_source
 from viapoint.language.source import Source
 from viapoint.runtime.cell import Cell
-from viapoint.runtime.kernel import Corner, ExclusiveZones, Kernel, MotionError, State
+from viapoint.runtime.kernel import Corner, ExclusiveZones, Kernel, MotionError, Sensor, State
 from viapoint.runtime.records import Event, Floats, Window
 from viapoint.runtime.signals import Scenario, SignalBank, SignalWorld
 from viapoint.vm import Machine, Program, ProgramFileError, load
@@ -138,6 +138,7 @@ class Session:
 
     `max_time` (s) and `cycles` (passes of the main program's endless loop) end endless programs;
     `last_line` is the last one executed. With `step` every motion ends in an exact stop.
+    `sensors` correct the path while it runs, beside the scenario's corrections.
     `window` is the most ticks computed at once; it has no influence on the result. A session runs once.
     Raises ValueError for an override outside 0 … 1 (0 excluded), a window of no ticks, or a time not finite.
     """
@@ -158,6 +159,7 @@ class Session:
         patient: bool = False,
         world: SignalWorld | None = None,
         zones: ExclusiveZones | None = None,
+        sensors: Sequence[Sensor] = (),
         listeners: Sequence[Listener] = (),
     ) -> None:
         _require(override, window, max_time)
@@ -170,7 +172,14 @@ class Session:
         self._last_tick = None if max_time is None else round(max_time / cell.tick)
         self._world = world or SignalWorld(cell, scenario, cell.tick, dry_run=dry_run)
         self.kernel = Kernel(
-            cell, self._world, self._hear, override=override, stepping=step, patient=patient, zones=zones
+            cell,
+            self._world,
+            self._hear,
+            override=override,
+            stepping=step,
+            patient=patient,
+            zones=zones,
+            sensors=sensors,
         )
         ports = self.kernel.dialogue
         self._machine = Machine(program.program, ports, ports, max_cycles=cycles, last_line=last_line)

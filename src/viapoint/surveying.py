@@ -141,7 +141,7 @@ class _Surveyor:
         """What keeps the robot from setting out at all."""
         guard = TickGuard(Monitor(self._cell), Trace(lambda event: None, self._cell.tick))
         home = np.asarray(self._cell.home, dtype=np.float64)
-        return refusal(self._cell, None) or guard.standing(home, 0, 0)
+        return refusal(self._cell) or guard.standing(home, 0, 0)
 
     def _follow(self, node: _Node, script: tuple[bool, ...]) -> list[tuple[bool, ...]]:
         """One way on from a node; what else could have been answered on it."""

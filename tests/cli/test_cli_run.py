@@ -22,7 +22,7 @@ PART = ("part.via", "--cell", "cell.toml", "--scenario", "scenario.toml")
 
 REPORT_KEYS = [
     "status", "duration_s", "ticks", "statements", "realtime_factor", "final", "limits",
-    "diagnostics", "events",
+    "deviation", "diagnostics", "events",
 ]  # fmt: skip
 LIMIT_KEYS = [
     "joint_speed", "joint_acceleration", "joint_jerk",

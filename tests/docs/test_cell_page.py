@@ -92,7 +92,6 @@ IGNORED = {
 """Keys marked ○ that would end this run if they were acted on."""
 
 REFUSED = {
-    "controller.filter.ticks": "[controller]\nfilter = { ticks = 20 }",
     "drives.kind": '[drives]\nkind = "servo"',
     "points.live": "[points]\nP1 = { j = [0, 0, 0, 0, 0, 0], live = true }",
     "frames.live": "[[frames]]\nindex = 1\nlive = true",

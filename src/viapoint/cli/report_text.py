@@ -19,7 +19,7 @@ SHOWN_TEXT = 44  # characters of a statement
 
 
 def print_report(session: Session, peaks: Peaks, diagnostics: list[Diagnostic], name: str) -> None:
-    from viapoint.report import in_time_order, limits_report
+    from viapoint.report import deviation_report, in_time_order, limits_report
 
     events = in_time_order(session.events)
     blocks = [event for event in events if event.kind == "block"]
@@ -35,6 +35,8 @@ def print_report(session: Session, peaks: Peaks, diagnostics: list[Diagnostic], 
         print_table(("t s", "line", "event", ""), shortened(rows), ">><<")
         print()
     _print_limits(limits_report(session))
+    if session.kernel.outlet.feed.adds:
+        _print_deviation(deviation_report(session))
     print(_summary(session, name))
     if diagnostics:
         from viapoint.language.render import render
@@ -102,6 +104,14 @@ def _print_limits(limits: dict[str, Any]) -> None:
     ]
     print("peak ÷ limit:  " + "   ".join(parts[:3]))
     print("               " + "   ".join(parts[3:]))
+
+
+def _print_deviation(deviation: dict[str, Any]) -> None:
+    """How far filter and corrections led the robot from its path."""
+    values = deviation["joints_deg"]
+    worst = max(range(len(values)), key=values.__getitem__)
+    tcp, joint = fixed(deviation["tcp_mm"], 3), fixed(values[worst], 3)
+    print(f"off the path:  TCP {tcp} mm   joints {joint} deg (J{worst + 1})")
 
 
 def _summary(session: Session, name: str) -> str:

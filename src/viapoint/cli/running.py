@@ -97,6 +97,7 @@ def refused(diagnostics: list[dict[str, Any]]) -> dict[str, Any]:
         "realtime_factor": 0.0,
         "final": None,
         "limits": None,
+        "deviation": None,
         "diagnostics": diagnostics,
         "events": [],
     }

@@ -139,6 +139,38 @@ corner_2 = [1500, 1000, 3500]
         ),
     ),
     entry(
+        "E430",
+        "correction out of reach",
+        """What is added to the path while it runs (a correction of the scenario, a sensor) would take the TCP
+        where the robot does not reach, or a joint out of its range. The path cannot be held there: every
+        axis brakes by itself within its limits, and the run ends. Limit the correction, or keep the path
+        further inside.""",
+        Example(
+            program="WAIT 2\n",
+            cell=_ROBOT,
+            scenario='[[correction]]\nframe = "base"\nx_mm = [[0, 0], [1, 900]]\nmax_rate_mm_s = 1000\n',
+        ),
+    ),
+    entry(
+        "E431",
+        "correction too fast for a joint",
+        """Path and correction together ask more of a joint than its limit of speed, acceleration or jerk.
+        Every axis brakes by itself within its limits, and the run ends. Lower the correction's max_rate_mm_s,
+        raise controller.tracking_reserve, which keeps a share of the limits free for what is added to the
+        path, or keep away from singular poses, beside which small displacements turn joints far.""",
+        Example(
+            program="WAIT 2\n",
+            cell=_ROBOT,
+            scenario='[[correction]]\nframe = "base"\ny_mm = [[0, 0], [1, 50]]\nmax_rate_mm_s = 50\n',
+        ),
+    ),
+    entry(
+        "E432",
+        "sensor without an answer",
+        """A sensor given to the session must answer three finite numbers, an offset in metres. It answered
+        something else. Every axis brakes by itself within its limits, and the run ends.""",
+    ),
+    entry(
         "E450",
         "robots that wait for each other",
         """Several robots of a cell wait, each for something that only another one of them could bring: a

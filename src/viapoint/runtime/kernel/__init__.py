@@ -5,6 +5,7 @@ from viapoint.runtime.kernel.breaks import Start
 from viapoint.runtime.kernel.dialogue import Interpreter
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError, PlanningError
 from viapoint.runtime.kernel.kernel import Kernel
+from viapoint.runtime.kernel.offsets import Sensor
 from viapoint.runtime.kernel.peaks import ratios
 from viapoint.runtime.kernel.planner import Corner
 from viapoint.runtime.kernel.states import State
@@ -19,6 +20,7 @@ __all__ = [
     "Kernel",
     "MotionError",
     "PlanningError",
+    "Sensor",
     "Start",
     "State",
     "ratios",

@@ -10,6 +10,7 @@ from abc import ABC, abstractmethod
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.breaks import HERE, Breaks
 from viapoint.runtime.kernel.motion import Mover
+from viapoint.runtime.kernel.outlet import Outlet
 from viapoint.runtime.kernel.states import Hold, State
 from viapoint.runtime.kernel.trace import Trace
 
@@ -22,6 +23,7 @@ class Commands(ABC):
     trace: Trace
     mover: Mover
     breaks: Breaks
+    outlet: Outlet
     _hold = Hold.NONE
     _paused = False
     _backward = False
@@ -110,10 +112,11 @@ class Commands(ABC):
         self._paused = override == 0.0
         self._backward = override < 0.0
         turns_round = self._backward != (self.mover.direction < 0.0)
-        if not self._paused and not (turns_round and self.state is State.MOVING):
+        settling = self.outlet.feed.settling
+        if not self._paused and not (turns_round and self.state is State.MOVING) and not settling:
             self.mover.set_override(self.trace.tick, abs(override))
         elif self.state is State.MOVING:
-            self.mover.halt(self.trace.tick)
+            self._halt_path()
             self.mover.override = abs(override) or self.mover.override
         if self.state is State.HALTED and self._hold is Hold.NONE:
             self._settle()
@@ -123,6 +126,10 @@ class Commands(ABC):
             return
         self._hold = hold
         if self.state is State.MOVING:
-            self.mover.halt(self.trace.tick, deceleration_factor=deceleration_factor)
+            self._halt_path(deceleration_factor)
         elif hold is not Hold.HALT:
             self._settle()
+
+    def _halt_path(self, deceleration_factor: float = 1.0) -> None:
+        if not self.outlet.feed.settling:  # else it has come to rest already
+            self.mover.halt(self.trace.tick, deceleration_factor=deceleration_factor)

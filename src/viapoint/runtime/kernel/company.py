@@ -49,6 +49,8 @@ class Company(Commands):
 
         In the ones before, it neither reads nor writes. What is scheduled in the world is not looked at.
         """
+        if self.outlet.feed.adds:
+            return 1
         if self.state is State.MOVING:
             s, arrived = self.mover.places(self.trace.tick + 1, ticks)
             row = self._next_row(s)

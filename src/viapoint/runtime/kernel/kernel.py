@@ -8,7 +8,7 @@ length of a window has no influence on the result.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -19,12 +19,13 @@ from viapoint.runtime.kernel.company import Company
 from viapoint.runtime.kernel.dialogue import Dialogue, Interpreter
 from viapoint.runtime.kernel.execution import Execution
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
-from viapoint.runtime.kernel.guard import TickGuard
+from viapoint.runtime.kernel.feed import with_reserve
 from viapoint.runtime.kernel.motion import Mover
+from viapoint.runtime.kernel.offsets import Sensor
+from viapoint.runtime.kernel.outlet import Outlet, Present
 from viapoint.runtime.kernel.passing import ARRIVED, Passing
 from viapoint.runtime.kernel.planner import Planner
 from viapoint.runtime.kernel.states import Hold, State
-from viapoint.runtime.kernel.telemetry import Status, Telemetry
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.kernel.unsupported import refusal
 from viapoint.runtime.kernel.zones import ExclusiveZones, ZoneAccess
@@ -51,6 +52,7 @@ class Kernel(Company):
         patient: bool = False,
         start: Start | None = None,
         zones: ExclusiveZones | None = None,
+        sensors: Sequence[Sensor] = (),
     ) -> None:
         start = start or Start.at_home(cell)
         self.cell = cell = start.placed(cell)
@@ -61,15 +63,17 @@ class Kernel(Company):
         self._buffer: MotionBuffer = MotionBuffer(cell.lookahead)
         self.trace.tick = start.tick
         self.planner = Planner(cell, self._buffer, start.joints, tool=start.tool, stepping=stepping)
-        self.mover = Mover(cell, self.planner.route, override or 1.0)
+        timed = with_reserve(cell, world.scenario, sensors)
+        self.mover = Mover(timed, self.planner.route, override or 1.0)
         self.breaks = Breaks(self._buffer, self.planner.route)
         self.mover.pause = self._next_pause
-        self.telemetry = Telemetry(cell, start.joints)
-        self.guard = TickGuard(self.planner.monitor, self.trace)
+        self.outlet = Outlet(cell, self.planner, self.trace, start.joints, world.scenario, sensors)
+        self.telemetry, self.guard = self.outlet.telemetry, self.outlet.guard
         if zones is not None:
             self.access = ZoneAccess(zones, cell)
             self.planner.crossed = self.access.lay
-        self.execution = Execution(self._buffer, world, self.trace, self.planner, self.mover, self._room_for)
+        room_for = self.outlet.room_for
+        self.execution = Execution(self._buffer, world, self.trace, self.planner, self.mover, room_for)
         self.execution.tool = start.tool
         self._passing = Passing(
             self.execution, self.planner, self.mover, self.breaks, self.guard, self._execute
@@ -119,7 +123,7 @@ class Kernel(Company):
         """Take the program on; returns tick 0, after all that happens in it."""
         self.dialogue.open(interpreter)
         self.world.advance(0)
-        window = self._standing(0, 1)
+        window = self.telemetry.standing(0, 1, self._told, self._now.status)
         self.take_on(interpreter)
         return window
 
@@ -132,8 +136,8 @@ class Kernel(Company):
         self._hold = Hold.NONE if self.over else self._hold
         self.execution.ended, self.state = False, State.READY
         self.breaks.begin(steps)
-        refused: MotionError | None = refusal(self.cell, self.world.scenario)
-        refused = refused or self.guard.standing(self.telemetry.joints, self.tool, 0) or self._taken()
+        refused: MotionError | None = refusal(self.cell)
+        refused = refused or self.outlet.room_for(self.tool, 0) or self._taken()
         if refused is not None:
             self.fail(refused)
         else:
@@ -142,6 +146,8 @@ class Kernel(Company):
     def advance(self, ticks: int) -> Window:
         """Let at least one and at most `ticks` ticks pass; ends early where something happens."""
         self.execution.blocks.forget()
+        if self.outlet.feed.failure is not None:
+            return self._let_down(ticks)
         if self.state is State.MOVING:
             return self._move(ticks)
         return self._stand(ticks)
@@ -155,7 +161,10 @@ class Kernel(Company):
         for tick in (change, self.dialogue.deadline, self.execution.pulses.next_end):
             if tick is not None:
                 last = min(last, max(tick, first))
-        window = self._standing(first, last - first + 1)
+        window = self.outlet.stand(self.mover.s, first, last - first + 1, self._told, self._now)
+        if window is None:
+            return self._let_down(ticks)
+        last = first + len(window) - 1
         self.trace.tick = last
         if self.execution.dwell_until == last:
             self.execution.dwell_until = None
@@ -166,10 +175,12 @@ class Kernel(Company):
 
     def _move(self, ticks: int) -> Window:
         first = self.tick + 1
-        rows = self.mover.rows(first, ticks)
-        if not np.isfinite(rows.columns).all():
+        planned = self.mover.rows(first, ticks)
+        if not np.isfinite(planned.columns).all():
             return self._trip(first)
-        rows = self.guard.watch(rows, self.telemetry.joints, self.tool, self.line)
+        rows = self.outlet.offer(planned, first, ticks, self._now)
+        if rows is None:
+            return self._let_down(ticks)
         told = np.tile(self._told, (len(rows.s), 1))
         used = self._pass_places(rows.s, first, told)
         arrived = rows.arrived and used == len(rows.s)
@@ -178,10 +189,10 @@ class Kernel(Company):
         self.telemetry.meter_speed(self._last_s, s, bound)
         self._last_s = self.mover.s = float(s[-1])
         self._frontier = max(self._frontier, self._last_s)
-        window = self.telemetry.window(first, rows.columns[:used], told[:used], self._status())
+        window = self.outlet.take(rows, first, told[:used], self._now)
         self.trace.tick = first + used - 1
         self.world.advance(self.tick)
-        alarmed = self.guard.sent(used, self.line)
+        alarmed = self.outlet.look_back(used, self.line)
         if arrived:
             self.mover.law = None
             self._settle()
@@ -189,9 +200,18 @@ class Kernel(Company):
             self._hold_back(Hold.STOP)
         return window
 
+    def _let_down(self, ticks: int) -> Window:
+        """Off the path: every axis brakes by itself; then the failure ends the run."""
+        window = self.outlet.let_down(self.tick + 1, ticks, self._told, self._now)
+        self.trace.tick += len(window)
+        self.world.advance(self.tick)
+        if self.outlet.feed.down:
+            self.fail(self.outlet.feed.failure)
+        return window
+
     def _trip(self, tick: int) -> Window:
         """The last door before the drives: what is not a finite number does not pass; the robot is held."""
-        window = self._standing(tick, 1)
+        window = self.telemetry.standing(tick, 1, self._told, self._now.status)
         self.trace.tick = tick
         self.mover.law = None
         self.fail(ExecutionError("E490", "a set point is not a finite number", self.line))
@@ -231,7 +251,7 @@ class Kernel(Company):
         """Blocks were finished while moving: interpreter and planner go on; True if the law changed."""
         while self._interpret() or self.planner.plan(self.mover.wanted):
             pass
-        standing = self._held or self._hold is not Hold.NONE
+        standing = self._held or self._hold is not Hold.NONE or self.outlet.follows(self.mover.law, self.tick)
         return not standing and self.mover.extend(self.tick)
 
     def _settle(self) -> None:
@@ -363,12 +383,10 @@ class Kernel(Company):
 
     # --- records ------------------------------------------------------------------------------------
 
-    def _standing(self, first: int, count: int) -> Window:
-        return self.telemetry.standing(first, count, self._told, self._status())
-
-    def _status(self) -> Status:
+    @property
+    def _now(self) -> Present:
         override = 0.0 if self._paused else self.mover.override * self.mover.direction
-        return Status(override, self.tool)
+        return Present(self.tool, self.line, override, self._hold)
 
     @property
     def _told(self) -> Ints:
@@ -377,6 +395,3 @@ class Kernel(Company):
 
     def _travelled_mm(self) -> float:
         return self.execution.travelled_mm
-
-    def _room_for(self, tool: int, line: int) -> ExecutionError | None:
-        return self.guard.standing(self.telemetry.joints, tool, line)

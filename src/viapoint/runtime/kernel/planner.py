@@ -183,7 +183,7 @@ class Planner:
         move = resolved.move
         if self._stepping:
             move = replace(move, corner=replace(move.corner, stop=True))
-        self.route.announce(tag, replace(resolved, move=move), motion.line, motion.tool)
+        self.route.announce(tag, replace(resolved, move=move), motion.line, motion.tool, motion.frame)
         self._acting.announce(motion.actions, tag, self._last, move)
         self._lines[tag] = motion.line
         self._open = self._last = tag

@@ -23,7 +23,7 @@ from viapoint.runtime.kernel.spans import Division
 from viapoint.runtime.kernel.speeds import SpeedRule, rate_bounds
 from viapoint.runtime.kernel.stretch import PathLimits, Stretch
 from viapoint.runtime.path import Chain, Mark, Move, MoveKind, Piece, Space
-from viapoint.runtime.records import Floats
+from viapoint.runtime.records import Floats, Ints
 from viapoint.runtime.robots import Robot
 from viapoint.runtime.rotations import invert_pose
 
@@ -43,6 +43,7 @@ class _Planned:
     line: int
     X_tool_flange: Floats
     tool: int
+    frame: int
 
 
 _Waiting = tuple[Stretch, _Planned]
@@ -69,6 +70,7 @@ class Route:
         self._bounds_at: list[float] = []
         self._rules: list[tuple[float, ...]] = []
         self._joint_space: list[bool] = []
+        self._frames: list[int] = []
 
     @property
     def end(self) -> float:
@@ -80,9 +82,9 @@ class Route:
         """s from which on the route is kept."""
         return self._bounds_at[0] if self._bounds_at else 0.0
 
-    def announce(self, tag: int, resolved: Resolved, line: int, tool: int) -> None:
+    def announce(self, tag: int, resolved: Resolved, line: int, tool: int, frame: int) -> None:
         """Say what motion `tag` is, before its pieces are taken."""
-        self._motions[tag] = _Planned(resolved, line, invert_pose(resolved.X_flange_tool), tool)
+        self._motions[tag] = _Planned(resolved, line, invert_pose(resolved.X_flange_tool), tool, frame)
 
     def tool_of(self, tag: int) -> int:
         """The tool of motion `tag`."""
@@ -189,6 +191,13 @@ class Route:
         joint_space = np.asarray(self._joint_space[first:last])[k]
         return rate_bounds(rules, joint_space, self.axes.rates(s))
 
+    def frames(self, s: Floats) -> Ints:
+        """Frame (N,) of the motion at each s (N,); 0 where there is no path yet."""
+        if not self._frames:
+            return np.zeros(len(s), dtype=np.int64)
+        k = np.searchsorted(self._bounds_at, s, side="right") - 1
+        return np.asarray(self._frames, dtype=np.int64)[np.maximum(k, 0)]
+
     def fastest(self, s: float, pieces: int) -> float:
         """The largest speed programmed on so many pieces from s on, in each motion's measure; inf: none."""
         first = max(0, bisect.bisect_right(self._bounds_at, s) - 1)
@@ -290,6 +299,7 @@ class Route:
         self._bounds_at.append(s)
         self._rules.append(tuple(motion.resolved.rule))
         self._joint_space.append(joint_space)
+        self._frames.append(motion.frame)
 
     def _enter(self, stretch: Stretch, motion: _Planned) -> int:
         """The configuration a path motion starts in; free joints of a singular pose are turned first."""

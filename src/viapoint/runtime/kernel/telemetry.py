@@ -36,6 +36,11 @@ class Telemetry:
         """Peak of speed ÷ programmed speed so far."""
 
     @property
+    def columns(self) -> Floats:
+        """Axis functions (n + k + 4,) as last sent."""
+        return self._columns
+
+    @property
     def joints(self) -> Floats:
         """Set points (n,) as last sent."""
         return self._columns[: self._n]
@@ -68,16 +73,27 @@ class Telemetry:
         ratio = rate / np.maximum(bound[1:], bound[:-1])
         self.programmed_speed_ratio = max(self.programmed_speed_ratio, float(ratio.max()))
 
-    def window(self, first: int, columns: Floats, told: Ints, status: Status) -> Window:
+    def window(
+        self, first: int, columns: Floats, told: Ints, status: Status, deviation: Floats | None = None
+    ) -> Window:
         """The window of ticks first, first + 1, … from their axis functions (N, n + k + 4).
 
-        `told` (N, 3): line of the path, line of the interpreter, buffer fill.
+        `told` (N, 3): line of the path, line of the interpreter, buffer fill. `deviation` (N,) m: how far
+        the TCP is from where the path has it.
         """
         self._meter.feed(columns[:, :-2])
         before, self._columns = self._columns[-2], columns[-1]
-        return self._window(first, columns, before, told, status)
+        return self._window(first, columns, before, told, status, deviation)
 
-    def _window(self, first: int, columns: Floats, before: float, told: Ints, status: Status) -> Window:
+    def _window(
+        self,
+        first: int,
+        columns: Floats,
+        before: float,
+        told: Ints,
+        status: Status,
+        deviation: Floats | None = None,
+    ) -> Window:
         """The same, after a tick with so much TCP length behind it."""
         n, count, length = self._n, len(columns), columns[:, -2]
         joints = columns[:, :n]
@@ -96,6 +112,7 @@ class Telemetry:
             auxiliary=columns[:, n:-4],
             position=position,
             quaternion=quaternion,
+            deviation=np.zeros(count) if deviation is None else deviation,
         )
 
     def _times(self, first: int, count: int) -> Floats:

@@ -6,20 +6,17 @@ from collections.abc import Iterator
 
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.failure import PlanningError
-from viapoint.runtime.signals import Scenario
 
 
-def refusal(cell: Cell, scenario: Scenario | None) -> PlanningError | None:
+def refusal(cell: Cell) -> PlanningError | None:
     """Why this cell cannot be run, naming the first key that asks for something not there yet."""
-    key = next(_unsupported(cell, scenario), None)
+    key = next(_unsupported(cell), None)
     if key is None:
         return None
     return PlanningError("E392", f"{key} cannot be run yet", 0, "take the key out of the file")
 
 
-def _unsupported(cell: Cell, scenario: Scenario | None) -> Iterator[str]:
-    if cell.filter.ticks > 0:
-        yield "controller.filter"
+def _unsupported(cell: Cell) -> Iterator[str]:
     if cell.drives.kind != "ideal":
         yield f'drives.kind = "{cell.drives.kind}"'
     for index, point in cell.points.items():
@@ -32,5 +29,3 @@ def _unsupported(cell: Cell, scenario: Scenario | None) -> Iterator[str]:
         for zone in cell.zones:
             if zone.frame != 0:  # it stands while the base moves; zones are looked at from the base
                 yield f"zone {zone.name} in frame {zone.frame}, with an axis that carries the robot,"
-    if scenario is not None and scenario.corrections:
-        yield "a correction of the scenario"

@@ -83,6 +83,8 @@ def decode(data: bytes) -> tuple[int, Columns]:
             columns[column.name] = values if width == 1 and column.width else _rows(values, width)
     if not len(columns["actual"]):
         columns["actual"] = columns["joints"]
+    if not len(columns["deviation"]):  # written before there was one
+        columns["deviation"] = np.zeros(len(columns["time"]))
     if len({len(values) for values in columns.values()}) != 1:
         raise WireError("the columns of a trace block differ in length")
     return first, columns

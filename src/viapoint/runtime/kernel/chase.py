@@ -1,0 +1,95 @@
+"""Following a target that nobody planned, within limits of its own: one axis, one tick at a time.
+
+Each tick is the first tick of Ruckig's time-optimal way from the present state to the target, seen by
+somebody who moves with the target. Whoever has caught up stays on it.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import ruckig
+
+_PART: Final = 1.0 - 1e-6
+"""Part of the speed limit a target may have: Ruckig refuses one that moves as fast as its limit."""
+
+_WIDER: Final = (1.0, 1.0 + 1e-4, 1.0 + 1e-3)
+"""Speed limits tried: Ruckig finds no way where a state runs out exactly at its limit but for rounding."""
+
+_THERE: Final = 1e-12
+"""m, m/s. Nearer than this is rounding: the state is the target's."""
+
+
+class Follower(NamedTuple):
+    """State of an axis: m, m/s, m/s²."""
+
+    position: float = 0.0
+    speed: float = 0.0
+    acceleration: float = 0.0
+
+
+REST: Final = Follower()
+
+
+class Chase:
+    """How an axis may move: limits in m and s. Stateless but for Ruckig's own scratch."""
+
+    def __init__(self, speed: float, acceleration: float, jerk: float, tick: float) -> None:
+        self.speed = speed
+        self.acceleration = acceleration
+        self._tick = tick
+        self._solver = ruckig.Ruckig(1)
+        self._found = ruckig.Trajectory(1)
+        self._ask = _input(acceleration, jerk)
+        self._brake = _input(acceleration, jerk)
+        self._brake.control_interface = ruckig.ControlInterface.Velocity
+
+    def step(self, now: Follower, target: float, rate: float) -> Follower:
+        """The state one tick on, on the way to a target that is now there and moves at a rate.
+
+        The axis itself never moves faster than its limit, so that it falls behind a target that does.
+        """
+        top = _PART * self.speed
+        rate = min(max(rate, -top), top)
+        away, closing = now.position - target, now.speed - rate
+        ahead = target + rate * self._tick
+        if max(abs(away), abs(closing)) <= _THERE and abs(now.acceleration) <= _THERE:
+            return Follower(ahead, rate, 0.0)
+        ask = self._ask
+        ask.current_position, ask.current_velocity = [away], [closing]
+        ask.current_acceleration = [now.acceleration]
+        for more in _WIDER:
+            ask.max_velocity, ask.min_velocity = [more * self.speed - rate], [-more * self.speed - rate]
+            if self._solve(ask):
+                break
+        else:
+            return self.stop(now)
+        (away,), (closing,), (acceleration,) = self._found.at_time(self._tick)
+        return Follower(ahead + away, rate + closing, acceleration)
+
+    def stop(self, now: Follower) -> Follower:
+        """The state one tick on, on the way to rest wherever that is soonest."""
+        if now.speed == 0.0 and now.acceleration == 0.0:
+            return now
+        ask = self._brake
+        ask.current_velocity, ask.current_acceleration = [now.speed], [now.acceleration]
+        if not self._solve(ask):
+            raise ArithmeticError(f"no way to rest from {now}")
+        (way,), (speed,), (acceleration,) = self._found.at_time(self._tick)
+        return Follower(now.position + way, speed, acceleration)
+
+    def _solve(self, ask: ruckig.InputParameter) -> bool:
+        try:
+            result = self._solver.calculate(ask, self._found)
+        except ruckig.RuckigError:
+            return False
+        return result in (ruckig.Result.Working, ruckig.Result.Finished)
+
+
+def _input(acceleration: float, jerk: float) -> ruckig.InputParameter:
+    """To rest at 0."""
+    ask = ruckig.InputParameter(1)
+    ask.current_position = ask.target_position = [0.0]
+    ask.target_velocity = ask.target_acceleration = [0.0]
+    ask.max_acceleration, ask.max_jerk = [acceleration], [jerk]
+    return ask

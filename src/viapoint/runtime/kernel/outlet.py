@@ -1,0 +1,113 @@
+"""The way out of the kernel: rows of the planned path, what is added to them, a last look, a window.
+
+Nothing reaches the drives but through here. Not here: where the path is, and what stands on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from viapoint.runtime.cell import Cell
+from viapoint.runtime.kernel.failure import ExecutionError
+from viapoint.runtime.kernel.feed import Feed, Sent, Stand
+from viapoint.runtime.kernel.guard import TickGuard
+from viapoint.runtime.kernel.motion import Rows
+from viapoint.runtime.kernel.offsets import Sensor
+from viapoint.runtime.kernel.planner import Planner
+from viapoint.runtime.kernel.states import Hold
+from viapoint.runtime.kernel.telemetry import Status, Telemetry
+from viapoint.runtime.kernel.trace import Trace
+from viapoint.runtime.records import Floats, Ints, Window
+from viapoint.runtime.signals import Scenario
+from viapoint.runtime.timing import TimeLaw
+
+
+@dataclass(frozen=True, slots=True)
+class Present:
+    """What holds in all ticks of a window: tool, line of the path, override, what holds the path back."""
+
+    tool: int
+    line: int
+    override: float
+    hold: Hold
+
+    @property
+    def status(self) -> Status:
+        return Status(self.override, self.tool)
+
+
+class Outlet:
+    """Owns feed, guard and telemetry, and takes rows through them in this order."""
+
+    def __init__(
+        self,
+        cell: Cell,
+        planner: Planner,
+        trace: Trace,
+        q_start: Floats,
+        scenario: Scenario | None,
+        sensors: Sequence[Sensor],
+    ) -> None:
+        self.telemetry = Telemetry(cell, q_start)
+        self.guard = TickGuard(planner.monitor, trace)
+        self.feed = Feed(cell, planner.route, self.telemetry.columns, scenario, sensors)
+        self._tick = cell.tick
+        self._emergency_factor = cell.emergency_deceleration_factor
+
+    def offer(self, rows: Rows, first: int, count: int, now: Present) -> Rows | None:
+        """At most `count` rows of the path as they are to be sent from tick `first` on.
+
+        None if the feed gives up the path.
+        """
+        if self.feed.adds:
+            stopping = now.hold in (Hold.STOP, Hold.EMERGENCY)
+            factor = self._emergency_factor if now.hold is Hold.EMERGENCY else 1.0
+            sent = self.feed.send(rows, first, count, Stand(now.tool, now.line, stopping, factor))
+            if sent is None:
+                return None
+            rows = sent
+        return self.guard.watch(rows, self.telemetry.joints, now.tool, now.line)
+
+    def follows(self, law: TimeLaw | None, tick: int) -> bool:
+        """Whether the path is at the end of its law after `tick`, while what the filter sends follows."""
+        return self.feed.adds and law is not None and law.t_end <= (tick + 1) * self._tick
+
+    def take(self, rows: Rows, first: int, told: Ints, now: Present) -> Window:
+        """The window of as many of the rows offered last as `told` (N, 3) has. They are sent."""
+        used = len(told)
+        deviation = rows.deviation[:used] if isinstance(rows, Sent) else None
+        window = self.telemetry.window(first, rows.columns[:used], told, now.status, deviation)
+        if self.feed.adds:
+            self.feed.commit(used)
+        return window
+
+    def look_back(self, used: int, line: int) -> bool:
+        """So many rows were sent: True if the guard wants the robot stopped."""
+        if not self.guard.sent(used, line):
+            return False
+        if self.feed.displaces:  # stopping the path would not stop what is added to it
+            self.feed.failure = self.guard.alarm
+        return True
+
+    def stand(self, s: float, first: int, count: int, told: Ints, now: Present) -> Window | None:
+        """At most `count` ticks, told (3,), in which the path stands at s; None as in `offer`."""
+        if not self.feed.displaces:
+            return self.telemetry.standing(first, count, told, now.status)
+        rows = self.offer(self.feed.resting(s, count), first, count, now)
+        if rows is None:
+            return None
+        window = self.take(rows, first, np.tile(told, (len(rows.s), 1)), now)
+        self.look_back(len(window), now.line)
+        return window
+
+    def let_down(self, first: int, count: int, told: Ints, now: Present) -> Window:
+        """At most `count` ticks, told (3,), in which every axis brakes by itself, off the path."""
+        columns = self.feed.let_down(count)
+        return self.telemetry.window(first, columns, np.tile(told, (len(columns), 1)), now.status)
+
+    def room_for(self, tool: int, line: int) -> ExecutionError | None:
+        """What keeps the robot from having a tool where it stands."""
+        return self.guard.standing(self.telemetry.joints, tool, line)
