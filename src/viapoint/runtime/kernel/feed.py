@@ -110,6 +110,8 @@ class Feed:
         ]
         self._past: Floats = np.tile(start, (_HISTORY, 1))  # rows before the filter, as committed
         self._rows = self._past
+        self._factors: tuple[float, ...] = (1.0,) * _HISTORY  # of the limits of those rows
+        self._factor = 1.0
         self._planned = start  # the path's own row, as committed
         self._path_rows: Floats = start[None]
         self._rested: int | None = None  # ticks since the path has come to rest, while the filter settles
@@ -138,7 +140,7 @@ class Feed:
         of them cannot be."""
         if self._by_tick:
             rows, count = _cut(rows, 1), 1
-        rows = self._padded(rows, count)
+        rows, self._factor = self._padded(rows, count), stand.factor
         self._path_rows = rows.columns
         if self.displaces:
             found = self._displaced(rows, first, stand)
@@ -156,6 +158,7 @@ class Feed:
         )
         self.deviation = max(self.deviation, float(self._deviations[:count].max(initial=0.0)))
         self._past = self._rows[count : count + _HISTORY]
+        self._factors = (*self._factors, *[self._factor] * min(count, _HISTORY))[-_HISTORY:]
         self._planned = self._path_rows[count - 1]
         for correction in self._corrections:
             correction.commit(count)
@@ -249,10 +252,12 @@ class Feed:
         differences = [
             np.diff(axes[_HISTORY - order :], n=order, axis=0) / self._cell.tick**order for order in (1, 2, 3)
         ]
-        factors = (1.0, stand.factor, stand.factor)
+        factor = np.full((len(reachable), 1), stand.factor)
+        for row in range(min(_HISTORY, len(factor))):  # differences reach back into rows of another factor
+            factor[row] = max(stand.factor, *self._factors[row:])
         ratios = [
-            np.abs(size) / (limit * slack * factor)
-            for size, limit, slack, factor in zip(differences, self._limits, _SLACK, factors, strict=False)
+            np.abs(size) / (limit * slack * (factor if order else 1.0))
+            for order, (size, limit, slack) in enumerate(zip(differences, self._limits, _SLACK, strict=False))
         ]
         top, way = stopping(
             differences[0] + 0.5 * self._cell.tick * differences[1], differences[1], *self._limits[1:]
