@@ -198,3 +198,18 @@ def test_a_step_goes_on_with_the_motion_that_was_halted() -> None:
     assert stepped.kernel.state is State.HALTED
     stepped.set_override(1.0)
     assert stepped.finish() is Status.FINISHED
+
+
+@pytest.mark.parametrize("command", ["stop", "emergency_stop", "halt"])
+def test_commands_before_the_run_are_heeded_when_it_begins(command: str) -> None:
+    session = Session(cell(), compile_text("ML P1\nML P2\n", cell=cell()))
+    getattr(session, command)()
+    for window in session.run():
+        if window.first_tick > 10:
+            break
+    assert session.kernel.tick == 0 or session.kernel.state in (State.HALTED, State.EMERGENCY)
+    assert (session.status is Status.STOPPED) is (command == "stop")
+    np.testing.assert_array_equal(session.kernel.telemetry.joints, cell().home)
+    session.reset()
+    session.resume()
+    assert (session.finish() is Status.FINISHED) is (command != "stop")

@@ -127,7 +127,7 @@ class Commands(ABC):
         self._hold = hold
         if self.state is State.MOVING:
             self._halt_path(deceleration_factor)
-        elif hold is not Hold.HALT:
+        elif hold is not Hold.HALT and self.state is not State.READY:  # else it begins with that
             self._settle()
 
     def _halt_path(self, deceleration_factor: float = 1.0) -> None:
