@@ -30,6 +30,7 @@ BENCHMARKS = (
     Benchmark("simulation", quick=("--quick",)),
     Benchmark("oracles", quick=("--quick",), needs=("toppra", "casadi")),
     Benchmark("linuxcnc"),
+    Benchmark("streaming", quick=("--blocks", "4000")),
     Benchmark("timing"),
     Benchmark("commands", quick=("100",)),
     Benchmark("random_programs", quick=("200",)),

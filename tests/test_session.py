@@ -86,6 +86,24 @@ def test_listeners_hear_everything_once_and_in_order() -> None:
     assert [w.first_tick for w in ear.windows] == [w.first_tick for w in done.windows]
 
 
+def test_a_run_without_end_keeps_what_it_is_told_to() -> None:
+    corners = "".join(
+        f"ML X={1500 + 100 * (k in (1, 2))} Y={100 * (k in (2, 3))} F900 R20\n" for k in range(4)
+    )
+    each = session(f"MJ P1 F90\nLOOP:\n{corners}GOTO LOOP\n", None, keep=3, window=50, max_time=12.0)
+    heard = 0
+    for window in each.run():
+        heard += len(window)
+        assert len(each.events) <= 3 + 10
+        assert len(each.corners) <= 3 + 10
+    assert each.status is Status.STOPPED
+    assert heard == 12_001
+    whole = session(f"MJ P1 F90\nLOOP:\n{corners}GOTO LOOP\n", None, window=50, max_time=12.0)
+    whole.finish()
+    assert len(whole.events) > 20
+    assert each.events == whole.events[-len(each.events) :]
+
+
 def test_an_input_set_from_outside_is_waited_for_patiently() -> None:
     each = session("MJ P1 F90\nWAIT DI 1\nSET DO1\n", None, window=100, patient=True)
     for window in each.run():
@@ -122,10 +140,11 @@ def test_only_inputs_can_be_set(name: str, error: type[Exception]) -> None:
         {"max_time": math.nan},
         {"max_time": math.inf},
         {"max_time": -1.0},
+        {"keep": 0},
     ],
 )
 def test_arguments_that_make_no_run_are_refused(options: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match=r"override|window|run"):
+    with pytest.raises(ValueError, match=r"override|window|run|keep"):
         session(**options)
 
 

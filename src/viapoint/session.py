@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import Enum, unique
 from functools import partial
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
 import numpy as np
 
@@ -139,8 +139,11 @@ class Session:
     `max_time` (s) and `cycles` (passes of the main program's endless loop) end endless programs;
     `last_line` is the last one executed. With `step` every motion ends in an exact stop.
     `sensors` correct the path while it runs, beside the scenario's corrections.
-    `window` is the most ticks computed at once; it has no influence on the result. A session runs once.
-    Raises ValueError for an override outside 0 … 1 (0 excluded), a window of no ticks, or a time not finite.
+    `window` is the most ticks computed at once; it has no influence on the result. `events` and `corners`
+    hold all of the run, or with `keep` about the last so many, for runs without end; listeners hear every
+    event. A session runs once.
+    Raises ValueError for an override outside 0 … 1 (0 excluded), a window of no ticks, a time not finite, or
+    less than one event to keep.
     """
 
     def __init__(
@@ -157,16 +160,19 @@ class Session:
         step: bool = False,
         dry_run: bool = False,
         patient: bool = False,
+        keep: int | None = None,
         world: SignalWorld | None = None,
         zones: ExclusiveZones | None = None,
         sensors: Sequence[Sensor] = (),
         listeners: Sequence[Listener] = (),
     ) -> None:
-        _require(override, window, max_time)
+        _require(override, window, max_time, keep)
         self.cell = cell
         self.program = program
         self.events: list[Event] = []
         self.status = Status.RUNNING
+        self._keep = keep
+        self._motions = 0  # finished so far
         self._listeners = tuple(listeners)
         self._window = window
         self._last_tick = None if max_time is None else round(max_time / cell.tick)
@@ -228,6 +234,10 @@ class Session:
         for window in self.run():
             windows.append(window)
             if self._blocks() > motions or self.kernel.state in (State.HALTED, State.EMERGENCY):
+        motions = self._motions
+        for window in self.run():
+            windows.append(window)
+            if self._motions > motions:
                 break
         return windows
 
@@ -316,15 +326,18 @@ class Session:
         """Simulated time ÷ computing time so far."""
         return self.kernel.tick * self.cell.tick / self._wall if self._wall > 0.0 else 0.0
 
-    def _blocks(self) -> int:
-        return sum(event.kind == "block" for event in self.events)
-
     def _hear(self, event: Event) -> None:
         self.events.append(event)
+        self._motions += event.kind == "block"
         for listener in self._listeners:
             listener.event(event)
 
     def _tell(self, window: Window) -> Window:
+        if self._keep is not None:
+            planner = self.kernel.planner
+            _shorten(self.events, self._keep)
+            _shorten(planner.corners, self._keep)
+            _shorten(planner.zone_crossings, self._keep)
         for listener in self._listeners:
             listener.window(window)
         return window
@@ -343,10 +356,16 @@ class Session:
         return Status.STOPPED if stopped else Status.FINISHED
 
 
-def _require(override: float, window: int, max_time: float | None) -> None:
+def _require(override: float, window: int, max_time: float | None, keep: int | None) -> None:
     if not 0.0 < override <= 1.0:
         raise ValueError(f"an override of {override!r} is not in 0 … 1")
     if window < 1:
         raise ValueError(f"a window of {window!r} ticks holds none")
     if max_time is not None and not (math.isfinite(max_time) and max_time >= 0.0):
         raise ValueError(f"a run cannot end after {max_time!r} s")
+    if keep is not None and keep < 1:
+        raise ValueError(f"to keep {keep!r} events is to keep none")
+
+
+def _shorten(history: list[Any], keep: int) -> None:
+    del history[: max(0, len(history) - keep)]
