@@ -98,7 +98,7 @@ def test_a_run_without_end_keeps_what_it_is_told_to() -> None:
         assert len(each.corners) <= 3 + 10
     assert each.status is Status.STOPPED
     assert heard == 12_001
-    whole = session(f"MJ P1 F90\nLOOP:\n{corners}GOTO LOOP\n", None, window=50, max_time=12.0)
+    whole = session(text, None, window=50, max_time=12.0)
     whole.finish()
     assert len(whole.events) > 20
     assert each.events == whole.events[-len(each.events) :]

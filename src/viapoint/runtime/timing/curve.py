@@ -5,9 +5,13 @@ Geometry and inverse kinematics stand behind this face; the time law never sees 
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Final, Protocol
 
 from viapoint.runtime.records import Floats
+
+
+INSET: Final = 1e-6
+"""Part of a stretch by which one-sided limits at its ends are read."""
 
 
 class AxisCurve(Protocol):

@@ -14,7 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from viapoint.runtime.records import Floats
-from viapoint.runtime.timing.curve import AxisCurve
+from viapoint.runtime.timing.core import chosen
+from viapoint.runtime.timing.curve import INSET, AxisCurve
 from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 
@@ -47,10 +48,6 @@ _STRAIGHT: Final = 1e-7
 
 _HELD: Final = 1e-3
 """Relative change of the speed between samples that is none."""
-
-INSET: Final = 1e-6
-"""Part of a stretch by which one-sided limits at its ends are read."""
-
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
@@ -89,8 +86,9 @@ def estimate(
     Raises TimingError if the curve or the bound is not finite there, or if nothing limits the motion.
     """
     s, first, ceiling, straight = _ceiling(curve, limits, bound, s_start, s_end)
-    room, brake = _room(first, limits.acceleration), _room(first, limits.braking)
-    jerk = _room(first, limits.jerk)
+    room_of = chosen().room
+    room, brake = room_of(first, limits.acceleration), room_of(first, limits.braking)
+    jerk = room_of(first, limits.jerk)
     top = _top_speed(ceiling, room, jerk, s_end - s_start)
     instant = top / (_TICKS_TO_FULL * tick)
     ceiling, room, brake = (np.minimum(x, c) for x, c in ((ceiling, top), (room, instant), (brake, instant)))
@@ -165,9 +163,10 @@ def _limits_at(
         raise TimingError(
             f"the curve or its programmed speed is not a finite number at s = {where:.9g}", where
         )
-    ceiling = np.minimum(programmed, _room(first, limits.speed))
-    ceiling = np.minimum(ceiling, np.sqrt(_room(second, limits.gentlest)))
-    return first, np.minimum(ceiling, np.cbrt(_room(third, limits.jerk))), programmed
+    room_of = chosen().room
+    ceiling = np.minimum(programmed, room_of(first, limits.speed))
+    ceiling = np.minimum(ceiling, np.sqrt(room_of(second, limits.gentlest)))
+    return first, np.minimum(ceiling, np.cbrt(room_of(third, limits.jerk))), programmed
 
 
 def _straight(first: Floats, programmed: Floats) -> StraightLine | None:
@@ -180,14 +179,6 @@ def _straight(first: Floats, programmed: Floats) -> StraightLine | None:
     if not (np.isinf(slowest) or float(programmed.max()) <= slowest * (1.0 + _STRAIGHT)):
         return None
     return StraightLine(np.abs(first).max(axis=0), slowest)
-
-
-def _room(slope: Floats, limit: Floats) -> Floats:
-    """Largest r (N,) with |slope|·r ≤ limit for every axis; inf where nothing moves."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        quotient = limit / np.abs(slope)
-    result: Floats = np.where(np.isnan(quotient), np.inf, quotient).min(axis=1, initial=np.inf)
-    return result
 
 
 def _top_speed(ceiling: Floats, room: Floats, jerk: Floats, length: float) -> float:

@@ -16,7 +16,8 @@ import numpy as np
 
 from viapoint.runtime.records import Bools, Floats, Ints
 from viapoint.runtime.timing import programmed
-from viapoint.runtime.timing.estimate import INSET, Estimate, inner_breaks
+from viapoint.runtime.timing.curve import INSET
+from viapoint.runtime.timing.estimate import Estimate, inner_breaks
 from viapoint.runtime.timing.rows import SPEED_PART, Tightening
 from viapoint.runtime.timing.section import Request
 from viapoint.runtime.timing.shapes import Change, Shape

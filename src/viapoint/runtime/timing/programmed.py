@@ -11,12 +11,12 @@ from typing import Final
 import numpy as np
 
 from viapoint.runtime.records import Floats
+from viapoint.runtime.timing.curve import INSET
 from viapoint.runtime.timing.errors import TimingError
-from viapoint.runtime.timing.estimate import INSET
 from viapoint.runtime.timing.limits import SpeedBound
 from viapoint.runtime.timing.spline import Spline
 
-_JUMP: Final = 1e-4
+JUMP: Final = 1e-4
 """Relative difference of the speeds beside a break that is a jump. Less is the slope of a bound that
 varies, or within what is planned below the limit; a knot that leaves its break costs far more than that."""
 
@@ -34,7 +34,7 @@ def knots_of(breaks: Floats, bound: SpeedBound, tick: float) -> Floats:
     speeds = bound(np.concatenate((breaks - inset, breaks + inset)))
     before, after = speeds[: len(breaks)], speeds[len(breaks) :]
     slower = np.minimum(before, after)
-    jumps = np.maximum(before, after) > slower * (1.0 + _JUMP)
+    jumps = np.maximum(before, after) > slower * (1.0 + JUMP)
     away = np.where(jumps, np.minimum(slower * tick, _FARTHEST * near), 0.0)
     return breaks + np.where(before > after, -away, away)
 
@@ -86,7 +86,7 @@ def allowed(edges: Floats, speeds: Floats, s: Floats) -> Floats:
     u = np.clip((s - edges[piece]) / (edges[piece + 1] - edges[piece]), 0.0, 1.0)
     with np.errstate(invalid="ignore"):
         curved = left + u * (4.0 * middle - 3.0 * left - right + u * 2.0 * (left + right - 2.0 * middle))
-        jumps = np.abs(speeds[2, :-1] - speeds[0, 1:]) > _JUMP * speeds[0, 1:]
+        jumps = np.abs(speeds[2, :-1] - speeds[0, 1:]) > JUMP * speeds[0, 1:]
     here = np.fmax(curved, np.minimum(np.minimum(left, middle), right))
     passed = np.concatenate(([0], np.cumsum(jumps)))[piece]
     both = np.stack((here[1:], here[:-1]))

@@ -14,8 +14,7 @@ from viapoint.runtime.records import Floats
 from viapoint.runtime.timing.estimate import StraightLine
 from viapoint.runtime.timing.law import PROGRAMMED_SPEED, UNLIMITED, Knots
 from viapoint.runtime.timing.limits import AxisLimits
-from viapoint.runtime.timing.rows import Problem, Rows
-from viapoint.runtime.timing.selection import usage
+from viapoint.runtime.timing.rows import Rows
 
 Codes = npt.NDArray[np.int16]
 
@@ -26,9 +25,9 @@ _CHANGING: Final = 1e-6
 """Part of the largest acceleration that counts as one, in exact profiles."""
 
 
-def of_rows(rows: Rows, problem: Problem, c: Floats) -> Codes:
-    """Codes (n,) of the pieces: the largest of all scaled rows there."""
-    knots, jerk = usage(problem, c)
+def of_rows(rows: Rows, used: tuple[Floats, Floats], c: Floats) -> Codes:
+    """Codes (n,) of the pieces: the largest of all scaled rows there, from what c uses of them."""
+    knots, jerk = used
     acceleration = np.maximum(knots[:, 1:], knots[:, :-1])
     root = np.sqrt(c)
     axes = np.maximum(np.maximum(acceleration, jerk), rows.axis_speed * root)

@@ -7,6 +7,7 @@ ends of every piece. Rows are scaled so that a limit is 1. Not here: ticks, and 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -23,7 +24,7 @@ ACCELERATION_PART: Final = 0.9985
 JERK_PART: Final = 1.03
 """Jerk counts over three ticks, which smooths its peaks; ticks are allowed 1.05."""
 
-_END_SHARE: Final = 0.5
+END_SHARE: Final = 0.5
 """Share of q‴ at the end of a piece in the jerk row there; the rest is its mean over the piece. Where q‴
 swings within a piece (beside a singular pose), the mean alone forbids what no tick would show; the end
 alone bounds a peak that the ticks smooth."""
@@ -87,6 +88,19 @@ class Problem:
     inverse_max: Floats  # (n,)
 
 
+@dataclass(frozen=True, slots=True)
+class AxisRows:
+    """What each axis says by itself; fields as of `Rows`, and |q′| over the speed limits at the knots (m, n+1)
+    and in the middle of the pieces (m, n)."""
+
+    lo: Floats
+    hi: Floats
+    left: Band
+    right: Band
+    ends: Floats
+    middle: Floats
+
+
 def build(
     spline: Spline,
     first: Floats,
@@ -96,16 +110,19 @@ def build(
     programmed: Floats,
     edges: Floats,
     in_jerk: Floats,
+    axis_rows: Callable[..., AxisRows],
 ) -> Rows:
     """Rows from the curve's first and second derivatives (n+1, m) at the knots, and the third (n, m) just
     inside the left and the right ends of the pieces.
 
     `programmed` (3, n) bounds ṡ at the left end, middle and right end of the pieces, between `edges`
-    (n+1,); `in_jerk` (m,) are the jerk limits planned with.
+    (n+1,); `in_jerk` (m,) are the jerk limits planned with, `axis_rows` the function of this module or its
+    compiled twin.
     """
-    lo, hi, above, below = _acceleration(spline, first, second, limits)
-    left, right = _jerk(spline, first, second, third, in_jerk * JERK_PART)
-    ends, middle = _axis_speed(spline, first, second, limits)
+    scale = limits.gentlest * ACCELERATION_PART
+    each = axis_rows(spline, first, second, third, scale, in_jerk * JERK_PART, limits.speed)
+    lo, hi, left, right, ends, middle = each.lo, each.hi, each.left, each.right, each.ends, each.middle
+    above, below = _sides(first, limits, scale)
     axis_speed = np.maximum(np.maximum(ends[:, 1:], ends[:, :-1]), middle)
     inverse_max, knot_max = _speed(ends.max(axis=0, initial=0.0), middle.max(axis=0, initial=0.0), programmed)
     _bound_rest(spline, first, in_jerk * JERK_PART, inverse_max)
@@ -121,24 +138,37 @@ def build(
     )
 
 
-def _acceleration(
-    spline: Spline, first: Floats, second: Floats, limits: AxisLimits
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """½q′x′ + q″x at the knots; along the motion of an axis its acceleration, against it its deceleration."""
-    scale = limits.gentlest * ACCELERATION_PART
-    q1, q2 = _by_axis(first / scale), _by_axis(second / scale)
+def axis_rows(
+    spline: Spline,
+    first: Floats,
+    second: Floats,
+    third: tuple[Floats, Floats],
+    acceleration: Floats,
+    jerk: Floats,
+    speed: Floats,
+) -> AxisRows:
+    """Rows of the axes from their derivatives, as in `build`, and the limits (m,) they are scaled by."""
+    q1, q2 = _by_axis(first / acceleration), _by_axis(second / acceleration)
     lo = 0.5 * q1 * spline.slope_lo + q2 * spline.value_lo
     hi = 0.5 * q1 * spline.slope_hi + q2 * spline.value_hi
+    return AxisRows(
+        lo, hi, *_jerk(spline, first, second, third, jerk), *_axis_speed(spline, first, second, speed)
+    )
+
+
+def _sides(first: Floats, limits: AxisLimits, scale: Floats) -> tuple[Floats, Floats]:
+    """Limits above and below: along the motion of an axis its acceleration, against it its deceleration."""
+    knots, axes = first.shape
     if limits.deceleration is None:
-        ones = np.ones((len(lo) + 1, lo.shape[1]))
-        return lo, hi, ones, ones
+        ones = np.ones((axes + 1, knots))
+        return ones, ones
     with np.errstate(invalid="ignore"):
         speeding = np.fmin(limits.acceleration * ACCELERATION_PART / scale, _UNBOUNDED)[:, None]
         braking = np.fmin(limits.deceleration * ACCELERATION_PART / scale, _UNBOUNDED)[:, None]
     forward = _by_axis(first) >= 0.0
-    one = np.ones((1, lo.shape[1]))
+    one = np.ones((1, knots))
     above, below = np.where(forward, speeding, braking), np.where(forward, braking, speeding)
-    return lo, hi, np.vstack((above, one)), np.vstack((below, one))
+    return np.vstack((above, one)), np.vstack((below, one))
 
 
 def _by_axis(x: Floats) -> Floats:
@@ -152,7 +182,7 @@ def _jerk(
     h = spline.width
     q1, q2 = _by_axis(0.5 * first / limit), _by_axis(1.5 * second / limit)
     mean = np.diff(second, axis=0) / h[:, None]
-    begin, end = (_by_axis((_END_SHARE * q3 + (1.0 - _END_SHARE) * mean) / limit) for q3 in third)
+    begin, end = (_by_axis((END_SHARE * q3 + (1.0 - END_SHARE) * mean) / limit) for q3 in third)
     bend_m = -spline.slope_lo[:-1] / h
     bend_0 = (spline.slope_lo[1:] - spline.slope_hi[:-1]) / h
     bend_p = spline.slope_hi[1:] / h
@@ -171,10 +201,10 @@ def _jerk(
     return left, right
 
 
-def _axis_speed(spline: Spline, first: Floats, second: Floats, limits: AxisLimits) -> tuple[Floats, Floats]:
+def _axis_speed(spline: Spline, first: Floats, second: Floats, speed: Floats) -> tuple[Floats, Floats]:
     """|q′| over the limit: at the knots (m, n+1) and in the middle of the pieces (m, n)."""
     middle = 0.5 * (first[1:] + first[:-1]) - 0.125 * spline.width[:, None] * np.diff(second, axis=0)
-    return _by_axis(np.abs(first) / limits.speed), _by_axis(np.abs(middle) / limits.speed)
+    return _by_axis(np.abs(first) / speed), _by_axis(np.abs(middle) / speed)
 
 
 def _speed(ends: Floats, middle: Floats, programmed: Floats) -> tuple[Floats, Floats]:

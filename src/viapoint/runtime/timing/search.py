@@ -12,12 +12,12 @@ from typing import Final
 import numpy as np
 
 from viapoint.runtime.records import Floats
-from viapoint.runtime.timing import programmed, selection, solver
+from viapoint.runtime.timing import selection, solver
 from viapoint.runtime.timing.core import chosen
 from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.law import UNLIMITED, Knots, Quality, TimeLaw, hermite
 from viapoint.runtime.timing.report import of_rows
-from viapoint.runtime.timing.rows import Tightening, tightened
+from viapoint.runtime.timing.rows import Tightening
 from viapoint.runtime.timing.section import Plan, Request, Section, State
 from viapoint.runtime.timing.selection import Selection
 from viapoint.runtime.timing.ticks import Ratios
@@ -106,6 +106,7 @@ class Search:
         self.spline = section.rows.spline
         self.t0 = t0
         self.joint = joint
+        self.numerics = chosen()
         self.passes = 0
         self.solved: solver.State | None = None
         self.selected: Selection | None = None
@@ -130,15 +131,16 @@ class Search:
         if law.plan is None:
             return law
         c = law.plan.c
-        codes = of_rows(self.section.rows, tightened(self.section.rows, law.plan.tightening, c), c)
+        problem = self.numerics.tightened(self.section.rows, law.plan.tightening, c)
+        codes = of_rows(self.section.rows, self.numerics.usage(problem, c), c)
         before = codes[:1] if self.joint is None else self.joint.law.limiter[: self.joint.pieces]
         codes = codes if self.joint is None else codes[1:]
         return replace(law, limiter=np.concatenate((before, codes, codes[-1:])))
 
     def _solve(self, c: Floats, factors: Tightening, tolerance: float) -> Floats | None:
         """Better coefficients; None if the rows contradict each other (tightened against a given start)."""
-        every = tightened(self.section.rows, factors, c)
-        selected = self.selected or selection.select(every, c)
+        every = self.numerics.tightened(self.section.rows, factors, c)
+        selected = self.selected or selection.select(self.numerics.usage(every, c))
         while True:
             problem = selection.cut(every, selected)
             if self.solved is None:
@@ -148,10 +150,10 @@ class Search:
             else:
                 self.solved = replace(solver.fresh(problem, c), iterations=self.solved.iterations)
             self.selected = selected
-            c = chosen().improve(problem, c, self.solved, tolerance, _ITERATIONS)
+            c = self.numerics.improve(problem, c, self.solved, tolerance, _ITERATIONS)
             if not self._sensible(c, self.solved):
                 return None
-            more = selection.missed(every, c, selected)
+            more = selection.missed(self.numerics.usage(every, c), selected)
             if more is None:
                 return c
             selected = more
@@ -219,7 +221,8 @@ class Search:
     def _programmed(self, s: Floats) -> Floats:
         """Ratio of the ticks' mean speeds to the programmed ones."""
         rows = self.section.rows
-        ratio: Floats = np.diff(s) / (self.ask.tick * programmed.allowed(rows.edges, rows.programmed, s))
+        allowed = self.numerics.allowed(rows.edges, rows.programmed, s)
+        ratio: Floats = np.diff(s) / (self.ask.tick * allowed)
         return ratio
 
 

@@ -14,8 +14,9 @@ from viapoint.runtime.records import Floats
 from viapoint.runtime.timing import knots as knotting
 from viapoint.runtime.timing import programmed
 from viapoint.runtime.timing import rows as limiting
-from viapoint.runtime.timing.curve import AxisCurve
-from viapoint.runtime.timing.estimate import INSET, Estimate, inner_breaks
+from viapoint.runtime.timing.core import chosen
+from viapoint.runtime.timing.curve import INSET, AxisCurve
+from viapoint.runtime.timing.estimate import Estimate, inner_breaks
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 from viapoint.runtime.timing.rows import Rows, Tightening
 from viapoint.runtime.timing.spline import Spline, make
@@ -78,6 +79,14 @@ class Request:
 
 
 @dataclass(frozen=True, slots=True)
+class Breaks:
+    """The curve's breaks inside a section, and where knots stand for them (k,) each."""
+
+    places: Floats
+    knots: Floats
+
+
+@dataclass(frozen=True, slots=True)
 class Section:
     """Rows, the solver's start (n,), first factors, and the estimated duration (s)."""
 
@@ -91,22 +100,23 @@ def from_rest(ask: Request, est: Estimate, s_start: float) -> Section:
     """The section from rest at s_start to rest at the end."""
     length = ask.s_end - s_start
     rest = knotting.rest_length(est, est.jerk_start, length)
-    marks = _marks(ask, s_start, s_start + rest, est, length)
+    breaks = _breaks(ask, s_start)
+    marks = _marks(breaks, s_start + rest, ask, est, length)
     knots = knotting.place(est, marks, knotting.spacing(est, ask.tick), ask.tick)
     spline = make(knots, rest, ask.s_end - marks[-1])
     none = Tightening.none(len(spline.width))
-    return Section(_rows(ask, spline), guess(est, spline), none, float(est.t[-1]))
+    return Section(_rows(ask, spline, breaks), guess(est, spline), none, float(est.t[-1]))
 
 
 def from_motion(ask: Request, est: Estimate, state: State) -> Section:
     """The section from a state in motion to rest; nothing is known of the pieces before."""
-    length = ask.s_end - state.s
-    marks = _marks(ask, state.s, state.s, est, length)
+    breaks = _breaks(ask, state.s)
+    marks = _marks(breaks, state.s, ask, est, ask.s_end - state.s)
     knots = knotting.place(est, marks, knotting.spacing(est, ask.tick), ask.tick)
-    return with_state(ask, est, knots, ask.s_end - marks[-1], state)
+    return with_state(ask, est, knots, breaks, state)
 
 
-def with_state(ask: Request, est: Estimate, knots: Floats, rest_end: float, state: State) -> Section:
+def with_state(ask: Request, est: Estimate, knots: Floats, breaks: Breaks, state: State) -> Section:
     """The section over knots whose first lies at the state's parameter; a virtual piece carries the state."""
     x, slope = state.v**2, 2.0 * state.a
     reach = _STOP_SHARE * x / max(abs(state.a), 1e-12 * x / (knots[-1] - knots[0]))
@@ -115,10 +125,10 @@ def with_state(ask: Request, est: Estimate, knots: Floats, rest_end: float, stat
         knots = np.concatenate((knots[:1], [knots[0] + min(reach, 0.5 * gap)], knots[1:]))
     ahead = knots[1] - knots[0]
     before = min(ahead, reach)
-    spline = make(np.concatenate(([knots[0] - before], knots)), 0.0, rest_end)
+    spline = make(np.concatenate(([knots[0] - before], knots)), 0.0, ask.s_end - knots[-1])
     start = guess(est, spline)
     start[:2] = x - 0.5 * slope * before, x + 0.5 * slope * ahead
-    return Section(_rows(ask, spline), start, Tightening.none(len(spline.width)), float(est.t[-1]))
+    return Section(_rows(ask, spline, breaks), start, Tightening.none(len(spline.width)), float(est.t[-1]))
 
 
 def continued(ask: Request, est: Estimate, state: State, old: Plan | None, pieces: int) -> Section:
@@ -130,10 +140,11 @@ def continued(ask: Request, est: Estimate, state: State, old: Plan | None, piece
     if last <= first + 1:
         return from_motion(ask, est, state)
     kept = old.spline.knots[first : last + 1]
-    marks = _marks(ask, kept[-1], kept[-1], est, ask.s_end - state.s)
+    breaks = _breaks(ask, state.s)
+    marks = _marks(breaks, kept[-1], ask, est, ask.s_end - state.s)
     fresh = knotting.place(est, marks, knotting.spacing(est, ask.tick), ask.tick)
     fresh = fresh[fresh > kept[-1] + _NEXT_WIDTH * (kept[-1] - kept[-2])]
-    section = with_state(ask, est, np.concatenate((kept, fresh)), ask.s_end - marks[-1], state)
+    section = with_state(ask, est, np.concatenate((kept, fresh)), breaks, state)
     return _resumed(section, old, first, last)
 
 
@@ -167,11 +178,15 @@ def _resumed(section: Section, old: Plan, first: int, last: int) -> Section:
     return replace(section, start=start, tightening=now)
 
 
-def _marks(ask: Request, s_start: float, first: float, est: Estimate, length: float) -> Floats:
+def _breaks(ask: Request, s_start: float) -> Breaks:
+    places = inner_breaks(ask.curve, s_start, ask.s_end)[1:-1]
+    return Breaks(places, programmed.knots_of(places, ask.bound, ask.tick))
+
+
+def _marks(breaks: Breaks, first: float, ask: Request, est: Estimate, length: float) -> Floats:
     """First knot, breaks, last knot; the rest pieces outside are free of breaks that matter."""
     last = ask.s_end - knotting.rest_length(est, est.jerk_end, length)
-    breaks = inner_breaks(ask.curve, s_start, ask.s_end)[1:-1]
-    inner = programmed.knots_of(breaks, ask.bound, ask.tick)
+    inner = breaks.knots
     return np.concatenate(([first], inner[(inner > first) & (inner < last)], [last]))
 
 
@@ -182,17 +197,17 @@ def guess(est: Estimate, spline: Spline) -> Floats:
     return np.maximum(x, 1e-9 * float(x.max()))
 
 
-def _rows(ask: Request, spline: Spline) -> Rows:
+def _rows(ask: Request, spline: Spline, breaks: Breaks) -> Rows:
     knots = spline.knots
     first, second, third = _derivatives(ask.curve, np.maximum(knots, knots[1]) if spline.fixed else knots)
     counts = ask.limits.jerk * ask.tick < _JERK_COUNTS * np.maximum(
         ask.limits.acceleration, ask.limits.braking
     )
     in_jerk = np.where(counts, ask.limits.jerk, np.inf)
-    breaks = inner_breaks(ask.curve, knots[0] - spline.rest_start, ask.s_end)[1:-1]
-    slowest = programmed.on_pieces(spline, breaks, ask.bound)
-    places = programmed.edges(knots, breaks, programmed.knots_of(breaks, ask.bound, ask.tick))
-    return limiting.build(spline, first, second, third, ask.limits, slowest, places, in_jerk)
+    slowest = programmed.on_pieces(spline, breaks.places, ask.bound)
+    edges = programmed.edges(knots, breaks.places, breaks.knots)
+    each = chosen().axis_rows
+    return limiting.build(spline, first, second, third, ask.limits, slowest, edges, in_jerk, each)
 
 
 def _derivatives(curve: AxisCurve, knots: Floats) -> tuple[Floats, Floats, tuple[Floats, Floats]]:

@@ -33,15 +33,16 @@ class Selection:
     jerk: Bools
 
 
-def select(p: Problem, c: Floats) -> Selection:
-    """The rows needed from the start c on."""
-    acceleration, jerk = usage(p, c)
+def select(used: tuple[Floats, Floats]) -> Selection:
+    """The rows needed from a start with this `usage` on."""
+    acceleration, jerk = used
     return Selection(_near(acceleration), _near(jerk))
 
 
-def missed(p: Problem, c: Floats, given: Selection) -> Selection | None:
-    """Of the solution c of the rows `given`: those that it should have been given; None if it keeps all."""
-    acceleration, jerk = (x.max(axis=1, initial=0.0) for x in usage(p, c))
+def missed(used: tuple[Floats, Floats], given: Selection) -> Selection | None:
+    """From the `usage` of a solution of the rows `given`: those that it should have been given; None if it
+    keeps all."""
+    acceleration, jerk = (x.max(axis=1, initial=0.0) for x in used)
     if not ((acceleration > _MISSED) & ~given.acceleration | (jerk > _MISSED) & ~given.jerk).any():
         return None
     return Selection(given.acceleration | (acceleration > _TAKEN_TOO), given.jerk | (jerk > _TAKEN_TOO))
