@@ -87,10 +87,9 @@ def test_listeners_hear_everything_once_and_in_order() -> None:
 
 
 def test_a_run_without_end_keeps_what_it_is_told_to() -> None:
-    corners = "".join(
-        f"ML X={1500 + 100 * (k in (1, 2))} Y={100 * (k in (2, 3))} F900 R20\n" for k in range(4)
-    )
-    each = session(f"MJ P1 F90\nLOOP:\n{corners}GOTO LOOP\n", None, keep=3, window=50, max_time=12.0)
+    places = ((1500, 0), (1600, 0), (1600, 100), (1500, 100))
+    text = "".join(["MJ P1 F90\nLOOP:\n", *(f"ML X={x} Y={y} F900 R20\n" for x, y in places), "GOTO LOOP\n"])
+    each = session(text, None, keep=3, window=50, max_time=12.0)
     heard = 0
     for window in each.run():
         heard += len(window)

@@ -30,7 +30,7 @@ def chosen(name: str) -> ModuleType | None:
 
     Raises ValueError for a word in VIAPOINT_CORE that is not known, or a compiled core that was not built.
     """
-    return _chosen(name, os.environ[VARIABLE] if VARIABLE in os.environ else "auto")  # get() is slower
+    return _chosen(name, os.environ.get(VARIABLE, "auto"))
 
 
 @cache

@@ -9,7 +9,6 @@ from typing import Final, Protocol
 
 from viapoint.runtime.records import Floats
 
-
 INSET: Final = 1e-6
 """Part of a stretch by which one-sided limits at its ends are read."""
 

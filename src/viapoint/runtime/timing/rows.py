@@ -90,8 +90,8 @@ class Problem:
 
 @dataclass(frozen=True, slots=True)
 class AxisRows:
-    """What each axis says by itself; fields as of `Rows`, and |q′| over the speed limits at the knots (m, n+1)
-    and in the middle of the pieces (m, n)."""
+    """What each axis says by itself; fields as of `Rows`, and |q′| over the speed limits at the knots
+    (m, n+1) and in the middle of the pieces (m, n)."""
 
     lo: Floats
     hi: Floats
