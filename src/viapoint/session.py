@@ -229,15 +229,11 @@ class Session:
         an emergency stop that is not reset, or an override of 0.
         """
         windows = []
-        motions = self._blocks()
+        motions = self._motions
         self.kernel.resume()
         for window in self.run():
             windows.append(window)
-            if self._blocks() > motions or self.kernel.state in (State.HALTED, State.EMERGENCY):
-        motions = self._motions
-        for window in self.run():
-            windows.append(window)
-            if self._motions > motions:
+            if self._motions > motions or self.kernel.state in (State.HALTED, State.EMERGENCY):
                 break
         return windows
 
