@@ -30,6 +30,8 @@ STANDING = 1e-9  # m/s and rad per tick; below this nothing moves
 
 JOINT_STATES = "/joint_states"
 JOINT_STATES_ROS = "/joint_states_ros"
+_ENCODER = json.JSONEncoder(separators=(",", ":"), default=float, check_circular=False)
+_LINES = 1 << 31  # more than a program has, so that two lines make one number
 LOG_LEVELS = {"message": "Info", "error": "Error"}
 
 
@@ -210,11 +212,9 @@ class Recorder:
         moving = block.speed > STANDING
         if not moving.all():
             moving |= block.joint_steps() > STANDING
-        changed = np.ones(len(block), dtype=bool)
-        changed[1:] = moving[1:] != moving[:-1]
-        for told_of in (block.line, block.interpreter_line):
-            changed[1:] |= told_of[1:] != told_of[:-1]
-        for row in np.flatnonzero(changed).tolist():
+        states = (block.line * _LINES + block.interpreter_line) * 2 + moving
+        changed = np.flatnonzero(states[1:] != states[:-1]) + 1
+        for row in (0, *changed.tolist()):
             line, ahead = int(block.line[row]), int(block.interpreter_line[row])
             told = (line, ahead, "moving" if moving[row] else "standing")
             if told == self._previous:
@@ -262,7 +262,7 @@ class Recorder:
 
 
 def _json(data: object) -> bytes:
-    return json.dumps(data, separators=(",", ":"), default=float).encode()
+    return _ENCODER.encode(data).encode()
 
 
 def _joint_template(info: RunInfo) -> Template:

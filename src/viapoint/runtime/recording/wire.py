@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +33,8 @@ class WireError(ValueError):
 
 def varint(value: int) -> bytes:
     """`value` ≥ 0 in seven-bit groups, lowest first."""
+    if value <= 0x7F:
+        return bytes((value,))
     out = bytearray()
     while value > 0x7F:
         out.append(value & 0x7F | 0x80)
@@ -40,6 +43,7 @@ def varint(value: int) -> bytes:
     return bytes(out)
 
 
+@cache
 def tag(number: int, kind: int) -> bytes:
     return varint(number << 3 | kind)
 
