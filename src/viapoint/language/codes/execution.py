@@ -146,9 +146,9 @@ corner_2 = [1500, 1000, 3500]
         axis brakes by itself within its limits, and the run ends. Limit the correction, or keep the path
         further inside.""",
         Example(
-            program="WAIT 2\n",
-            cell=_ROBOT,
-            scenario='[[correction]]\nframe = "base"\nx_mm = [[0, 0], [1, 900]]\nmax_rate_mm_s = 1000\n',
+            program="WAIT 5\n",
+            cell=f"{_ROBOT}home = [0, 0, 60, 0, 30, 0]\n",
+            scenario='[[correction]]\nframe = "base"\nx_mm = [[0, 0], [5, -400]]\nmax_rate_mm_s = 100\n',
         ),
     ),
     entry(
