@@ -252,6 +252,9 @@ class _Answers:
     def holds(self, condition: Condition, *, line: int) -> bool:
         return self._read()
 
+    def found(self) -> bool:
+        return self._read()
+
     def m_is_synchronous(self, index: int) -> bool:
         return self._cell.m_functions.get(index, True)
 

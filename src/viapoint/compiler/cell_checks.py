@@ -41,6 +41,10 @@ class CellChecks:
         if index not in self._cell.points and not self._findings.full:
             self._index("E220", "point", "P", index, self._cell.points, self._parameter(motion, at))
 
+    def kept_point(self, index: int, span: Span) -> None:
+        """P of CAPTURE."""
+        self._index("E220", "point", "P", index, self._cell.points, span)
+
     def frame(self, motion: Motion, at: int) -> None:
         """Z: 0 is the base, which every cell has."""
         index = int(motion.values[at])

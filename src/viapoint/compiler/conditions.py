@@ -6,6 +6,7 @@ from array import array
 from dataclasses import dataclass
 from typing import assert_never
 
+from viapoint.language.commands import FOUND
 from viapoint.language.tree import And, Comparable, Compare, Condition, Named, Not, Number, Or, Signal
 from viapoint.vm.conditions import READINGS
 from viapoint.vm.instructions import Instruction, encode
@@ -43,8 +44,9 @@ def signals_of(condition: Condition) -> tuple[Signal, ...]:
     while waiting:
         node = waiting.pop()
         match node:
-            case Signal():
-                found.append(node)
+            case Signal(kind=kind):
+                if kind != FOUND:  # it is settled where its search has ended, and nothing outside
+                    found.append(node)
             case Named():
                 pass  # not known which signal it is; that is an error of its own
             case Compare(left=left, right=right):
@@ -79,7 +81,7 @@ def text_of(condition: Condition, *, inner: bool = False) -> str:
 def _side(side: Comparable) -> str:
     match side:
         case Signal(kind=kind, number=number):
-            return f"{kind}{number}"
+            return kind if kind == FOUND else f"{kind}{number}"
         case Named(name=name):
             return name
         case Number(value=value):
@@ -109,6 +111,8 @@ class ConditionLowering:
 
     def _code(self, condition: Condition) -> bytes:
         match condition:
+            case Signal(kind=kind) if kind == FOUND:
+                return encode(Instruction.READ_FOUND)
             case Signal(kind=kind, number=number):
                 return encode(_READS[kind], number, int(self._ahead))
             case Named():

@@ -6,7 +6,6 @@ Places are added at the end (`span_map`), where they cost least.
 
 from __future__ import annotations
 
-import struct
 from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from viapoint.compiler.blocks import Blocks, OpenIf
 from viapoint.compiler.cell_checks import CellChecks
 from viapoint.compiler.cell_names import CellNames
 from viapoint.compiler.conditions import ConditionLowering
+from viapoint.compiler.emitter import Emitter
 from viapoint.compiler.findings import Findings
 from viapoint.compiler.flow import Flow, MotionTraits, loop_without_motion
 from viapoint.compiler.labels import Labels
@@ -30,7 +30,6 @@ from viapoint.vm.program import Label, Program, hash_source
 from viapoint.vm.shapes import INSTRUCTION_BY_WORD
 
 _I = Instruction
-_WORD = struct.Struct("<I")
 _MOTION_CODES = {word: one.spec.code for word, one in INSTRUCTION_BY_WORD.items()}
 _pack_motion = packer(_I.LINE)  # all motions are laid out alike
 _JUMP_TARGET = operand_offset(_I.JUMP, Op.TARGET)
@@ -53,7 +52,7 @@ class _MotionPlan:
     checks: tuple[tuple[Callable[[tree.Motion, int], None], int], ...]
 
 
-class Lowering:
+class Lowering(Emitter):
     """One program on its way to bytecode."""
 
     def __init__(self, program: tree.Program, findings: Findings, cell: CellNames | None) -> None:
@@ -61,18 +60,18 @@ class Lowering:
         self._findings = findings
         self._cell = CellChecks(cell, findings, program.source) if cell is not None else None
         self._names = Names(cell, findings, program.source)
-        self._code = bytearray()
-        self._numbers: array[float] = array("d")
+        super().__init__()
         self._addresses = array("I")
         self._plans: dict[tree.Layout, _MotionPlan] = {}
         self._shapes: dict[str, int] = {}
-        self._texts: dict[str, int] = {}
         self._blocks = Blocks()
         self._flow = Flow(findings)
         self.labels = Labels(findings, self._blocks)
+        self._search: int | None = None  # text of the search that the motion being lowered makes
         self._conditions = ConditionLowering(self._numbers)
         self._handlers: dict[type, Handler] = {
             tree.Motion: self._motion,
+            tree.Until: self._until,
             tree.SelectTool: self._select_tool,
             tree.Track: self._track,
             tree.Tangent: self._tangent,
@@ -135,19 +134,6 @@ class Lowering:
             source_text=source.text,
         )
 
-    def _emit(self, instruction: Instruction, *operands: int) -> None:
-        self._code += _PACKERS[instruction](instruction.spec.code, *operands)
-
-    def _patch(self, operand: int, address: int) -> None:
-        _WORD.pack_into(self._code, operand, address)
-
-    def _text(self, text: str) -> int:
-        return self._texts.setdefault(text, len(self._texts))
-
-    def _number(self, value: float) -> int:
-        self._numbers.append(value)
-        return len(self._numbers) - 1
-
     # Motions and actions
 
     def _motion(self, statement: tree.Motion) -> None:
@@ -165,6 +151,22 @@ class Lowering:
             checks = tuple(each for each in checks if each[1] not in unknown)
         for check, at in checks:
             check(statement, at)
+        if self._search is not None:
+            self._emit(_I.BARRIER, self._search)
+            self._search = None
+            self._flow.exact_stop("the search")
+
+    def _until(self, statement: tree.Until) -> None:
+        condition = self._names.condition(statement.condition, statement.start)
+        lowered = self._conditions.lower(condition)
+        self._search = self._text(f"UNTIL {lowered.text}")
+        kept = 0 if statement.capture is None else statement.capture + 1
+        self._emit(_I.UNTIL, len(self._code) + SIZES[_I.UNTIL] + len(lowered.code), self._search, kept)
+        self._code += lowered.code
+        if self._cell:
+            self._cell.condition(lowered.signals, statement.start)
+            if statement.capture is not None:
+                self._cell.kept_point(statement.capture, statement_span(statement))
 
     def _plan(self, layout: tree.Layout) -> _MotionPlan:
         codes = layout.codes
@@ -386,8 +388,6 @@ class Lowering:
         self._flow.last(len(self.labels.defined))
         self._flow.stop()
 
-
-_PACKERS = {instruction: packer(instruction) for instruction in Instruction}
 
 _NEVER_DEAD = frozenset({tree.Label, tree.ElseIf, tree.Else, tree.EndIf, tree.End})
 """Statements that need no way to be reached: they open a way, close a block, or only bound the text."""

@@ -30,7 +30,7 @@ def decision_report(program: tree.Program, cell: CellNames | None = None) -> tup
         match statement:
             case tree.If(condition=condition, ahead=ahead) | tree.ElseIf(condition=condition, ahead=ahead):
                 reads, barrier = _reads(condition), not ahead
-            case tree.WaitFor(condition=condition):
+            case tree.WaitFor(condition=condition) | tree.Until(condition=condition):
                 reads = _reads(condition)
             case tree.WaitInput(input=index):
                 reads = (f"DI{index}",)

@@ -10,6 +10,7 @@ from typing import NamedTuple, assert_never
 from viapoint.language import tree
 from viapoint.language.commands import (
     ACTION_BY_WORD,
+    FOUND,
     H_TANGENT,
     INDEX,
     POSITIVE,
@@ -69,6 +70,39 @@ def build_action(operands: Operands, place: Place, text: str) -> tree.Statement:
             assert_never(command.operand)
 
 
+def build_search(operands: Operands, place: Place) -> tree.Until:
+    """The node of what stands behind UNTIL. Raises Fault."""
+    condition = shift(as_condition(operands.parts[0]), place.after)
+    _require_outside(condition, place.after, "UNTIL")
+    kept = operands.label
+    if kept is None:
+        return tree.Until(*place[:3], condition, None)
+    number = operands.parts[1]
+    if kept.upper() != "P" or kept.end_pos != number.start:
+        message = f"`{kept}` is no point to keep the pose in"
+        raise Fault("E113", message, kept.start_pos or 0, number.end, "for instance `CAPTURE P20`")
+    value = as_number(number).value or 0.0
+    if not INDEX.holds(value):
+        code, message = _domain_text(INDEX, "the number of the point", value)
+        raise Fault(code, message, number.start, number.end)
+    return tree.Until(*place[:3], condition, int(value))
+
+
+def _require_outside(condition: tree.Condition, after: int, word: str) -> None:
+    """Raise Fault where FOUND stands in what is waited for: it never changes meanwhile."""
+    match condition:
+        case tree.Signal(kind=kind, start=start, end=end) if kind == FOUND:
+            message = f"`FOUND` does not change while `{word}` waits for it"
+            raise Fault("E112", message, start - after, end - after, "test it with IF")
+        case tree.Not(operand=operand):
+            _require_outside(operand, after, word)
+        case tree.And(operands=operands) | tree.Or(operands=operands):
+            for each in operands:
+                _require_outside(each, after, word)
+        case _:
+            pass
+
+
 def _label(operands: Operands) -> str:
     label = operands.label
     assert label is not None
@@ -87,6 +121,7 @@ def _wait(command: ActionCommand, operands: Operands, place: Place) -> tree.Stat
     elif awaited.value is not None:
         return tree.Wait(*at, _checked(command, awaited))
     condition = shift(as_condition(awaited), place.after)
+    _require_outside(condition, place.after, command.word)
     label = None if operands.label is None else _label(operands)
     if isinstance(condition, tree.Signal) and condition.kind == "DI" and timeout is None:
         return tree.WaitInput(*at, condition.number)

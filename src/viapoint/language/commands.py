@@ -326,6 +326,9 @@ SWITCHES: Final = {"DI": "digital input", "DO": "digital output", "M": "M flag"}
 LEVELS: Final = {"AI": "analog input", "AO": "analog output"}
 """Signals that are numbers; a condition compares them."""
 
+FOUND: Final = "FOUND"
+"""What the last search has come to, as a condition reads it."""
+
 SIGNALS: Final = SWITCHES | LEVELS
 """All signals a condition may read."""
 
@@ -336,8 +339,7 @@ LATER_STATEMENTS: Final = _words(
 """First words of statements that the language reserves and this version does not run."""
 
 LATER_WORDS: Final = LATER_STATEMENTS | _words(
-    "TO STEP UNTIL CAPTURE FOUND ERROR ERRNO NEXT HERE TIME TRUE FALSE "
-    "ABS MIN MAX SQRT SIN COS TAN ATAN2 ROUND FLOOR"
+    "TO STEP ERROR ERRNO NEXT HERE TIME TRUE FALSE ABS MIN MAX SQRT SIN COS TAN ATAN2 ROUND FLOOR"
 )
 """All words reserved for constructs to come."""
 
@@ -346,7 +348,20 @@ FIRST_WORDS: Final = tuple(dict.fromkeys([*MOTION_BY_WORD, *(c.words[0] for c in
 
 _BARE_LETTERS_ARE_NAMES = {"T", "M"}
 KEYWORDS: Final = frozenset(
-    {*FIRST_WORDS, *LATER_WORDS, *SIGNALS, "NOT", "AND", "OR", "MOD", "AHEAD", "TIMEOUT"}
+    {
+        *FIRST_WORDS,
+        *LATER_WORDS,
+        *SIGNALS,
+        "NOT",
+        "AND",
+        "OR",
+        "MOD",
+        "AHEAD",
+        "TIMEOUT",
+        "UNTIL",
+        "CAPTURE",
+        FOUND,
+    }
     - _BARE_LETTERS_ARE_NAMES
 )
 """Refused as names. T and M are commands only before a number: a bare letter is a name."""

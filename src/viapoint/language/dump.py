@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import assert_never
 
 from viapoint.language import tree
+from viapoint.language.commands import FOUND
 from viapoint.language.lexical import parameter_spans
 
 
@@ -37,6 +38,9 @@ def _statement(program: tree.Program, statement: tree.Statement, base: int) -> s
             limit = "" if statement.timeout is None else f" timeout {statement.timeout!r}"
             otherwise = "" if statement.label is None else f" else {statement.label}"
             return f"{name} {condition(statement.condition, statement.start - base + 1)}{limit}{otherwise}"
+        case tree.Until():
+            kept = "" if statement.capture is None else f" capture P{statement.capture}"
+            return f"{name} {condition(statement.condition, statement.start - base + 1)}{kept}"
         case tree.At():
             place = f"{statement.origin} {statement.value!r}"
             return f"{name} {place}: {_statement(program, statement.action, base)}"
@@ -66,7 +70,7 @@ def condition(node: tree.Condition | tree.Number, column: int = 1) -> str:
     place = f"@{node.start + column}-{node.end + column}"
     match node:
         case tree.Signal():
-            return f"{node.kind}{node.number}{place}"
+            return f"{node.kind}{'' if node.kind == FOUND else node.number}{place}"
         case tree.Number():
             return f"{node.value!r}{place}"
         case tree.Named():

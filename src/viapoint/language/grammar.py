@@ -14,9 +14,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from viapoint.language import tree
-from viapoint.language.commands import INDEX, LEVELS, MOTIONS, SIGNALS
+from viapoint.language.commands import FOUND, INDEX, LEVELS, MOTIONS, SIGNALS
 from viapoint.language.lexical import is_cell_name
-from viapoint.language.rules import grammar_text, rule_of, starts
+from viapoint.language.rules import SEARCH, grammar_text, rule_of, starts
 
 if TYPE_CHECKING:
     from lark import Lark, Token
@@ -113,6 +113,12 @@ def parse_motion(text: str) -> list[Given]:
 def parse_action(word: str, text: str) -> Operands:
     """Operands of an auxiliary statement from the text after its first word. Raises as above."""
     operands: Operands = _run(text, rule_of(word))
+    return operands
+
+
+def parse_search(text: str) -> Operands:
+    """What stands behind UNTIL: a condition and the point to keep. Raises as above."""
+    operands: Operands = _run(text, SEARCH)
     return operands
 
 
@@ -214,6 +220,11 @@ class Actions:
     def point(self, children: list[Any]) -> Given:
         name = _free(children[0])
         return Given(name.start_pos or 0, name.end_pos or 0, "P", 0.0, str(name))
+
+    def search(self, children: list[Any]) -> Part:
+        word = children[0]
+        start, end = word.start_pos, word.end_pos
+        return Part(start, end, None, tree.Signal(start, end, FOUND, 0), 0)
 
     def named(self, children: list[Any]) -> Part:
         name = _free(children[0])

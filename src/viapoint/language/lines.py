@@ -10,7 +10,7 @@ import re
 from typing import Final
 
 from viapoint.language import tree
-from viapoint.language.building import Place, build_action, domain_fault, label_fault
+from viapoint.language.building import Place, build_action, build_search, domain_fault, label_fault
 from viapoint.language.checks import base_key, check_layout, check_missing, parameters_of
 from viapoint.language.commands import (
     ACTION_BY_WORD,
@@ -21,13 +21,14 @@ from viapoint.language.commands import (
 )
 from viapoint.language.diagnostics import Diagnostic, Label
 from viapoint.language.fault_words import scan_parameters
-from viapoint.language.faults import action_fault, later
+from viapoint.language.faults import action_fault, expression_fault, later
 from viapoint.language.grammar import (
     Fault,
     Given,
     Unexpected,
     parse_action,
     parse_motion,
+    parse_search,
 )
 from viapoint.language.lexical import MAX_LINE, NAME, code_end, is_code
 from viapoint.language.shapes import JUMP_NODES, quick
@@ -38,6 +39,8 @@ _LABEL: Final = re.compile(rf"({NAME})[ \t]*:")
 _FIRST: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _GLUED_FIRST: Final = re.compile(r"([A-Za-z]+)(?=[-+.0-9(])")
 _ELSE_IF: Final = re.compile(r"[ \t]+IF(?![A-Za-z0-9_])", re.IGNORECASE)
+_UNTIL: Final = re.compile(r"(?<![A-Za-z0-9_])UNTIL(?![A-Za-z0-9_])", re.IGNORECASE)
+_CAPTURE: Final = re.compile(r"[ \t]CAPTURE[ \t]*$", re.IGNORECASE)
 _STRAY: Final = re.compile(r"[^\t -~]")
 _LONG_QUOTE: Final = re.compile(r"`([^`]{40})[^`]{20,}`")
 """Quoted text is cut in messages: they are to be read, the place shows the rest."""
@@ -149,6 +152,11 @@ class LineReader:
     def _motion(self, word: str, text: str, after: int, start: int) -> None:
         faults: list[Fault] = []
         meant: set[str] = set()
+        until = _UNTIL.search(text, after)
+        search = None
+        if until is not None:
+            search = self._search(text[until.end() :], start + until.start(), start + until.end())
+            text = text[: until.start()].rstrip()
         try:
             given = parse_motion(text[after:])
         except (Fault, Unexpected) as error:
@@ -169,8 +177,26 @@ class LineReader:
             self._report(Fault("E123", message, 0, len(word), f"add {need.example}"), start)
         if sound:
             values = _values(word, given)
+            if until is not None:
+                if search is None:
+                    return
+                self.statements.append(search)
             names = tuple((at, each.name) for at, each in enumerate(given) if each.name is not None)
             self.statements.append(tree.Motion(self._line, start, start + len(text), layout, values, names))
+
+    def _search(self, text: str, start: int, behind: int) -> tree.Until | None:
+        """What stands behind the UNTIL at `start`; None if it is reported."""
+        try:
+            operands = parse_search(text)
+            return build_search(operands, Place(self._line, start, behind + len(text), behind - start))
+        except Fault as fault:
+            self._report(fault, behind)
+        except Unexpected as error:
+            what = "a point" if _CAPTURE.search(text) else "a condition"
+            found = expression_fault(text, error.at, what, "for instance `UNTIL DI3 CAPTURE P20`")
+            found.start = max(found.start, start - behind)
+            self._report(found, behind)
+        return None
 
     def _check(self, word: str, given: list[Given], offset: int) -> bool:
         """Report what the table finds wrong with the codes and values of a motion."""

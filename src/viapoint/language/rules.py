@@ -42,6 +42,8 @@ _KEYWORDS: Final = {
     "NOT": "NOT(?![A-Za-z0-9_])",
     "MOD": "MOD(?![A-Za-z0-9_])",
     "AHEAD": "AHEAD(?![A-Za-z0-9_])",
+    "FOUND": "FOUND(?![A-Za-z0-9_])",
+    "_CAPTURE": "CAPTURE(?![A-Za-z0-9_])",
     "DO": "DO(?![A-Za-z_])",
     "AO": "AO(?![A-Za-z_])",
     "ORIGIN": "[DS](?=[-+.0-9(])",
@@ -55,13 +57,17 @@ _KEYWORDS: Final = {
 """Words inside a statement; they go before names."""
 
 
+SEARCH: Final = "on_until"
+"""Start rule of what stands behind UNTIL."""
+
+
 def starts() -> tuple[str, ...]:
     """Start rules of the auxiliary commands, one per word."""
-    return tuple(rule_of(command.word) for command in ACTIONS)
+    return (SEARCH, *(rule_of(command.word) for command in ACTIONS))
 
 
 def _rules() -> str:
-    lines = []
+    lines = [f"{SEARCH}: disjunction (_CAPTURE GLUED value)? -> take_until"]
     for command in ACTIONS:
         bodies = (f"{body} -> take_{command.word.lower()}" for body in _OPERAND_RULES[command.operand])
         lines.append(f"{rule_of(command.word)}: " + "\n  | ".join(bodies))

@@ -52,6 +52,16 @@ class Motion(NamedTuple):
         return dict(zip(self.layout.codes, self.values, strict=True))
 
 
+class Until(NamedTuple):
+    """UNTIL c [CAPTURE Pn] of the motion that follows. Its place is the words themselves."""
+
+    line: int
+    start: int
+    end: int
+    condition: Condition
+    capture: int | None
+
+
 class SelectTool(NamedTuple):
     """T n."""
 
@@ -183,7 +193,7 @@ class Number(NamedTuple):
 
 
 class Signal(NamedTuple):
-    """A signal in a condition. `kind` is DI, DO or M, and in a comparison AI or AO."""
+    """A signal in a condition. `kind` is DI, DO or M, in a comparison AI or AO; or FOUND, number 0."""
 
     start: int
     end: int
@@ -316,6 +326,7 @@ class Label(NamedTuple):
 
 Statement: TypeAlias = (
     Motion
+    | Until
     | SelectTool
     | Track
     | Tangent

@@ -51,6 +51,6 @@ class Event:
     tick: int
     t: float  # s
     line: int
-    kind: str  # block, output, input_read, m, wait, tool, track, tangent, message, override, error
+    kind: str  # block, output, input_read, m, wait, search, tool, track, tangent, message, override, error
     robot: int = 1
     data: Mapping[str, EventValue]

@@ -60,6 +60,8 @@ def _motion(call: Motion) -> str:
     if call.round_edge is not None:
         words.append(f"R{call.round_edge:.3f}")
     words += [f"{action}: {_text(action.call)};" for action in call.actions]
+    if call.search is not None:
+        words.append(str(call.search))
     return " ".join(word for word in words if word)
 
 
@@ -149,6 +151,10 @@ class ScriptedWorld:
         if reading.kind in switches:
             return switches[reading.kind](reading.number, line=line, ahead=False)
         return self.read_level(reading, line=line, ahead=False)
+
+    def found(self) -> bool:
+        """No search finds anything here."""
+        return False
 
     def m_is_synchronous(self, index: int) -> bool:
         """As the script says; synchronous otherwise."""

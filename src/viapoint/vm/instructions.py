@@ -38,6 +38,7 @@ class Operand(Enum):
         "B",
         "a place counts in mm from the start (0), mm before the end (1), s before the end (2), % (3)",
     )
+    KEPT = ("kept", "I", "point that keeps the pose, counted from 1; 0: none")
     AHEAD = ("ahead", "B", "1: read when interpreted; 0: read behind a barrier")
 
     def __init__(self, word: str, format: str, meaning: str) -> None:
@@ -138,6 +139,11 @@ class Instruction(Enum):
         _O.ORIGIN, _O.NUMBER,
     )  # fmt: skip
 
+    UNTIL = _row(
+        0x29, "UNTIL: the motion at the target ends when the condition from here to there is true.",
+        _O.TARGET, _O.TEXT, _O.KEPT, falls_through=False,
+    )  # fmt: skip
+
     BARRIER = _row(
         0x30, "Stop the path here and wait until it has arrived; the text says why.",
         _O.TEXT, place=Place.ARRIVES,
@@ -161,6 +167,8 @@ class Instruction(Enum):
         0x38, "The same, but not longer than the number of seconds; leaves whether it came true.",
         _O.TARGET, _O.TEXT, _O.NUMBER, pushes="B", place=_READS, falls_through=False,
     )  # fmt: skip
+
+    READ_FOUND = _row(0x39, "Whether the last search has found.", pushes="B")
 
     PUSH = _row(0x40, "The number.", _O.NUMBER, pushes="N")
     NOT = _row(0x41, "Logical not.", pops="B", pushes="B")

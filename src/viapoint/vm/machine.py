@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Hashable
 
-from viapoint.vm.calls import CALLS
+from viapoint.vm.calls import CALLS, read_signal
 from viapoint.vm.conditions import BINARY, READINGS, Reading
 from viapoint.vm.cycles import main_loop
 from viapoint.vm.frames import ActiveCall, Frame
@@ -34,6 +34,7 @@ from viapoint.vm.ports import (
     PathAction,
     Pulse,
     RaiseM,
+    Search,
     SelectTool,
     SetLevel,
     SetOutput,
@@ -83,6 +84,7 @@ class Machine:
         self._finished: Ended | Failed | None = None
         self._speed, self._tool = modal
         self._actions: list[PathAction] = []  # on the next motion
+        self._search: Search | None = None  # of the motion that comes now
         self._awaited: int | None = None  # address of the AWAIT_FOR that is waiting
         self._work = 0
         self._work_limit = WORK_LIMIT + len(program.code)
@@ -280,7 +282,18 @@ class Machine:
             angle=words.angle,
             round_edge=words.round_edge,
             actions=self._put_on(),
+            search=self._looked_for(),
         )
+
+    def _looked_for(self) -> Search | None:
+        search, self._search = self._search, None
+        return search
+
+    def _until(self, step: Step) -> None:
+        target, _, kept = step.operands
+        assert step.condition is not None
+        self._search = Search(step.condition, kept - 1 if kept else None)
+        self._address = target
 
     def _put_on(self) -> tuple[PathAction, ...]:
         """The actions waiting for a motion; it takes them."""
@@ -328,20 +341,12 @@ class Machine:
         return None
 
     def _read(self, step: Step) -> None:
-        world, (number, ahead) = self._world, step.operands
-        kind = READINGS[step.instruction]
-        line, early = step.line, bool(ahead)
-        value: float
-        match kind:
-            case "DI":
-                value = world.read_input(number, line=line, ahead=early)
-            case "DO":
-                value = world.read_output(number, line=line, ahead=early)
-            case "M":
-                value = world.read_m(number, line=line, ahead=early)
-            case _:
-                value = world.read_level(Reading(kind, number), line=line, ahead=early)
-        self._stack.append(value)
+        number, ahead = step.operands
+        reading = Reading(READINGS[step.instruction], number)
+        self._stack.append(read_signal(self._world, reading, step.line, ahead=bool(ahead)))
+
+    def _read_found(self, step: Step) -> None:
+        self._stack.append(self._world.found())
 
     def _push(self, step: Step) -> None:
         self._stack.append(self._program.numbers[step.operands[0]])
@@ -376,6 +381,8 @@ HANDLERS: dict[Instruction, _Handler] = {
     Instruction.HOME: Machine._move,
     **dict.fromkeys(CALLS, Machine._make_call),
     Instruction.AT: Machine._at,
+    Instruction.UNTIL: Machine._until,
+    Instruction.READ_FOUND: Machine._read_found,
     Instruction.SELECT_TOOL: Machine._select_tool,
     Instruction.AWAIT_INPUT: Machine._await_input,
     **dict.fromkeys(READINGS, Machine._read),

@@ -98,6 +98,18 @@ class PathAction:
         return f"AT {before}{self.value:g}{behind}"
 
 
+@dataclass(frozen=True, slots=True)
+class Search:
+    """UNTIL: the motion ends when the condition is true; `point` of the cell keeps the pose of that tick."""
+
+    condition: Condition
+    point: int | None
+
+    def __str__(self) -> str:
+        """As a program writes it."""
+        return self.condition.text + ("" if self.point is None else f" CAPTURE P{self.point}")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
     """One motion statement with the modal state of its place, and the actions that stand on it."""
@@ -112,6 +124,7 @@ class Motion:
     angle: float | None = None  # H of MC, deg
     round_edge: float | None = None  # R, mm (deg between joint moves); None: not programmed
     actions: tuple[PathAction, ...] = ()
+    search: Search | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -230,6 +243,10 @@ class WorldPort(Protocol):
 
     def holds(self, condition: Condition, *, line: int) -> bool:
         """Whether `condition` is true where the path has arrived; every read is traced."""
+        ...
+
+    def found(self) -> bool:
+        """Whether the search that ended last has found what it looked for."""
         ...
 
     def m_is_synchronous(self, index: int) -> bool:

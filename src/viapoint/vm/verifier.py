@@ -104,8 +104,11 @@ def _check_operands(program: Program, one: Decoded, by_address: dict[int, Decode
             raise ProgramFileError("E255", _at(one, "a label stands in two places"))
     elif one.instruction is Instruction.REPEAT:
         _check_repeat(program, one)
-    if one.instruction in (Instruction.AWAIT, Instruction.AWAIT_FOR):
+    if one.instruction in (Instruction.AWAIT, Instruction.AWAIT_FOR, Instruction.UNTIL):
         _check_condition(program, one)
+        target = by_address[one.operand(Operand.TARGET)]
+        if one.instruction is Instruction.UNTIL and target.instruction not in MOTIONS:
+            raise ProgramFileError("E257", _at(one, "no motion stands behind it"))
     elif one.instruction is Instruction.AT:
         following = by_address.get(one.following)
         if following is None or following.instruction not in PATH_ACTIONS:
@@ -132,6 +135,8 @@ def _in_range(program: Program, kind: Operand, value: int, by_address: dict[int,
             return value <= MAX_INDEX
         case Operand.ANALOG_INPUT | Operand.ANALOG_OUTPUT:
             return value <= MAX_INDEX
+        case Operand.KEPT:
+            return value <= MAX_INDEX + 1
         case Operand.ORIGIN:
             return value < len(Origin)
         case Operand.FLAG | Operand.AHEAD:

@@ -56,6 +56,10 @@ class ActingMotions:
         self._marks = [mark for mark in self._marks if mark.pieces > self._passed]
         return ready, known
 
+    def begin_anew(self) -> None:
+        """The chain of geometry begins anew: nothing is held back, and pieces are counted from 0."""
+        self._acting, self._pieces, self._marks, self._passed = {}, [], [], 0
+
     def check(self) -> None:
         """Judge the places of the motions whose ends are laid. Raises PlanningError."""
         for tag in [tag for tag in self._acting if self._route.place(tag) is not None]:

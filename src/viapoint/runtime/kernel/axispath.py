@@ -10,9 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
+from viapoint.runtime.kernel import chebyshev
 from viapoint.runtime.kernel.auxiliary import NO_AXES, AuxiliaryAxes
 from viapoint.runtime.kernel.chebyshev import Cells
 from viapoint.runtime.kernel.fitting import Fitted, fit, joint_jump
@@ -22,6 +24,9 @@ from viapoint.runtime.kernel.spans import Division, Span, divide, whole
 from viapoint.runtime.kernel.stretch import Stretch
 from viapoint.runtime.records import Floats, Ints
 from viapoint.runtime.robots import Robot
+
+_STANDING: Final = 1e-6
+"""m of path parameter in which the path stands still, where it was cut off: enough to tell places apart."""
 
 
 class AxisPath:
@@ -123,6 +128,15 @@ class AxisPath:
         starts = np.concatenate(([0.0], ends[:-1])) + self.length
         self._cells.append(starts, widths, coeffs)
         self.length += float(ends[-1])
+
+    def hold(self, s: float) -> None:
+        """What lies behind s is not travelled: the path goes on from the place s, behind its present end."""
+        place = self.everything(np.array([s]))
+        coeffs = np.zeros((1, chebyshev.DEGREE + 1, place.shape[1]))
+        coeffs[0, 0] = place[0]
+        self._cells.append(np.array([self.length]), np.array([_STANDING]), coeffs)
+        self.length += _STANDING
+        self._last = place[0].copy()
 
     def values(self, s: Floats) -> Floats:
         """Limited axes (N, n + k + 2) at s (N,)."""

@@ -76,6 +76,7 @@ class Dialogue:
         self._suspension: Suspension | None = None
         self._arrived = False  # the barrier it waits at has been reached
         self._raised = False  # the synchronous M it waits for has been raised
+        self._found = False
         self._since = 0  # tick in which its present wait began
         self._answered: dict[int, _Answered] = {}  # barriers by line
 
@@ -133,6 +134,15 @@ class Dialogue:
     def holds(self, condition: Condition, *, line: int) -> bool:
         """WorldPort: a condition, all its reads traced."""
         return condition.holds(lambda reading: self._read(reading, line, False))
+
+    def found(self) -> bool:
+        """WorldPort: what the last search has come to."""
+        return self._found
+
+    def settle_search(self, line: int, *, found: bool) -> None:
+        """A search has ended where the path is now."""
+        self._found = found
+        self._trace.emit("search", line, found=found, s_mm=self._travelled_mm())
 
     def m_is_synchronous(self, index: int) -> bool:
         """WorldPort: as the cell declares it; synchronous unless it says otherwise."""

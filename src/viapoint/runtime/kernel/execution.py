@@ -68,6 +68,11 @@ class Execution:
         self._travelled = (0.0, 0.0)  # the place on the route asked for last, and the TCP length up to it, m
 
     @property
+    def tick(self) -> int:
+        """The present tick."""
+        return self._trace.tick
+
+    @property
     def front(self) -> Entry | None:
         """The entry to take effect next, if it has been planned."""
         return self._buffer.to_execute()

@@ -25,6 +25,7 @@ from viapoint.runtime.kernel.offsets import Sensor
 from viapoint.runtime.kernel.outlet import Outlet, Present
 from viapoint.runtime.kernel.passing import ARRIVED, Passing
 from viapoint.runtime.kernel.planner import Planner
+from viapoint.runtime.kernel.searching import Searching
 from viapoint.runtime.kernel.states import Hold, State
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.kernel.unsupported import refusal
@@ -75,10 +76,11 @@ class Kernel(Company):
         room_for = self.outlet.room_for
         self.execution = Execution(self._buffer, world, self.trace, self.planner, self.mover, room_for)
         self.execution.tool = start.tool
-        self._passing = Passing(
-            self.execution, self.planner, self.mover, self.breaks, self.guard, self._execute
-        )
         self.dialogue = Dialogue(cell, world, self._buffer, self.trace, self._travelled_mm, patient=patient)
+        self.searching = Searching(world, self.dialogue, self.planner, self.mover)
+        self._passing = Passing(
+            self.execution, self.planner, self.mover, self.breaks, self.guard, self.searching, self._execute
+        )
         self._paused = override == 0.0
         self._last_s = 0.0  # s in the last tick computed
 
@@ -237,10 +239,10 @@ class Kernel(Company):
                 self.trace.tick = first + row
                 self.mover.s = float(s[row])
                 self.world.advance(self.tick)
-                passed.happens()
+                changed = passed.happens()
                 told[row:] = self._told
                 finished |= passed.ends_motion
-                if passed.stops:
+                if changed or passed.stops:
                     return row + 1
 
     def _next_row(self, s: Floats) -> int | None:
@@ -281,7 +283,9 @@ class Kernel(Company):
             if entry is not None and self.breaks.halts(entry, self.line):
                 self.state, self._hold = State.HALTED, Hold.HALT
                 return
-            if entry is not None and (action := self._passing.standing_at(entry)) is not None:
+            if entry is not None and self._search_is_over(entry):
+                self._cut_off(entry)
+            elif entry is not None and (action := self._passing.standing_at(entry)) is not None:
                 self.execution.act(action)
             elif entry is not None and self._reached(entry):
                 self.execution.blocks.set_out(entry.number)  # where the motion has no length
@@ -330,6 +334,19 @@ class Kernel(Company):
             self.state = State.MOVING
         return True
 
+    def _search_is_over(self, entry: Entry) -> bool:
+        """At rest: whether the motion of `entry` is a search that has found, before its end."""
+        if self._held or self._reached(entry):
+            return False
+        return self.searching.has_found(entry) or self.searching.look(entry, self.tick)
+
+    def _cut_off(self, entry: Entry) -> None:
+        """The motion of `entry` ends where the robot stands."""
+        self.execution.on_path.drop()
+        self.execution.blocks.set_out(entry.number)
+        self._last_s = self._frontier = self.mover.s = self.planner.end_here(entry.number, self.mover.s)
+        self._execute(entry)
+
     def _reached(self, entry: Entry) -> bool:
         if isinstance(entry.call, Barrier):
             return not self.dialogue.polls(entry.call)
@@ -370,6 +387,7 @@ class Kernel(Company):
         return outcome is not False
 
     def _execute(self, entry: Entry) -> None:
+        self.searching.end(entry)
         self.execution.execute(entry, self.dialogue)
         if self.execution.ended:
             self.state = State.FINISHED

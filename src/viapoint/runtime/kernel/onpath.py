@@ -98,6 +98,10 @@ class OnPath:
         assert end is not None, "a motion that has ended has a place"
         return [a for a in left if a.origin is Origin.TIME or self._places.get(a, np.inf) <= end + _SAME]
 
+    def drop(self) -> None:
+        """The motion ends where it is: what stood further on does not happen."""
+        self._waiting = []
+
     def done(self, action: PathAction) -> None:
         """The action has taken effect."""
         self._waiting.remove(action)

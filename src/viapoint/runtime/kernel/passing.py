@@ -16,6 +16,7 @@ from viapoint.runtime.kernel.guard import TickGuard
 from viapoint.runtime.kernel.motion import Mover
 from viapoint.runtime.kernel.onpath import Due
 from viapoint.runtime.kernel.planner import Planner
+from viapoint.runtime.kernel.searching import Searching
 from viapoint.runtime.records import Floats
 from viapoint.vm.ports import Motion, PathAction
 
@@ -27,7 +28,8 @@ class Passed(NamedTuple):
     """Something on the path: in which row of a window, what happens, and whether a motion ends by it."""
 
     row: int
-    happens: Callable[[], None]
+    happens: Callable[[], bool | None]
+    """Answers True where the law has changed."""
     ends_motion: bool = False
     stops: bool = False
     """Whether the robot has to stop for it: what comes after is not known yet."""
@@ -43,6 +45,7 @@ class Passing:
         mover: Mover,
         breaks: Breaks,
         guard: TickGuard,
+        searching: Searching,
         execute: Callable[[Entry], None],
     ) -> None:
         self._execution = execution
@@ -50,6 +53,7 @@ class Passing:
         self._mover = mover
         self._breaks = breaks
         self._guard = guard
+        self._searching = searching
         self._execute = execute
 
     def next(self, s: Floats, row: int, first: int, frontier: float) -> Passed | None:
@@ -69,6 +73,9 @@ class Passing:
                     at = max(due.tick - first, row)
                 if at is not None:
                     found.append(Passed(at, partial(self._execution.act, due.action)))
+            look = self._searching.next_look(entry)
+            if look is not None and look < first + len(s):
+                found.append(Passed(max(look - first, row), partial(self._look, entry)))
             passed = self._entry_row(entry, s, row)
             if passed is not None:
                 ends_motion = isinstance(entry.call, Motion)
@@ -94,6 +101,11 @@ class Passing:
             return len(s) - 1 if s[-1] == law.s_end else None
         passed = max(row, int(np.searchsorted(s, place)))
         return passed if passed < len(s) else None
+
+    def _look(self, entry: Entry) -> bool:
+        """Look at a search; found, the robot comes to rest."""
+        tick = self._execution.tick
+        return self._searching.look(entry, tick) and self._mover.halt(tick)
 
     def standing_at(self, entry: Entry) -> PathAction | None:
         """An action of the motion of `entry` that stands where the robot does."""

@@ -70,7 +70,8 @@ class Planner:
         """Told of them too, by their place on the route."""
         self._buffer = buffer
         self._resolver = Resolver(cell, q_start)
-        self._chain = Chain(tolerance=cell.path_tolerance)
+        self._tolerance = cell.path_tolerance
+        self._chain = Chain(tolerance=self._tolerance)
         self._stepping = stepping
         self._outputs, self._levels = cell.io.digital_outputs, cell.io.analog_outputs
         self._acting = ActingMotions(self.route)
@@ -117,6 +118,24 @@ class Planner:
 
     def _sees(self, s: float) -> bool:
         return self._buffer.planner - self._buffer.generator >= _BATCH and self.route.end >= s
+
+    def keep(self, point: int, motion: Motion, s: float) -> None:
+        """The point of the cell becomes the pose at s, in the frame of `motion`."""
+        q, e = self._stand(s)
+        self._resolver.keep(point, motion, q, e)
+
+    def end_here(self, tag: int, s: float) -> float:
+        """Motion `tag`, behind which nothing is planned, ends at s; s of that place from now on."""
+        place = self.route.cut(tag, s)
+        self._chain = Chain(tolerance=self._tolerance)
+        self._acting.begin_anew()
+        self._resolver.begin_anew(*self._stand(place))
+        return place
+
+    def _stand(self, s: float) -> tuple[Floats, Floats]:
+        axes = self.route.axes
+        columns = axes.everything(np.array([s]))[0]
+        return columns[: axes.n], columns[axes.n : axes.driven]
 
     def stop(self) -> None:
         """Nothing more will come for now: the path stops exactly at the end of the last motion."""

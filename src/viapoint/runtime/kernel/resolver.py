@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from viapoint.language.units import DEG, MM
-from viapoint.runtime.cell import Cell
+from viapoint.runtime.cell import Cell, Point
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.failure import PlanningError
 from viapoint.runtime.kernel.joints import end_joints, motion_target, tcp_kinematics
@@ -73,6 +73,7 @@ class Resolver:
         self.robot: Robot = cell.robot
         self._auxiliary = AuxiliaryAxes.of(cell)
         self.stand = Stand(q_start, self.robot.fk(q_start), self._auxiliary.start)
+        self._points = dict(cell.points)
         self._joint_before = False
         self._sure = True  # that the joints are those in which the path as rounded will end
 
@@ -89,6 +90,17 @@ class Resolver:
         self.stand = resolved.end
         self._joint_before = resolved.move.kind is MoveKind.JOINT
         return resolved
+
+    def begin_anew(self, q: Floats, e: Floats) -> None:
+        """The robot stands in joints q (n,), auxiliary axes e (k,), wherever the last motion leads."""
+        self.stand = Stand(q, self.robot.fk(q), e)
+        self._joint_before, self._sure = True, True
+
+    def keep(self, index: int, motion: Motion, q: Floats, e: Floats) -> None:
+        """Point `index` becomes the pose of the TCP in joints q (n,), in the frame of a motion."""
+        X_base_tcp = self.robot.fk(q) @ self.tool(motion.tool, motion.line)
+        pose = invert_pose(self._frame(motion, e)) @ X_base_tcp
+        self._points[index] = Point(index=index, name=None, pose=pose, joints=None)
 
     def arrive(self, q: Floats) -> None:
         """The path as rounded stops here in joints q (n,).
@@ -189,7 +201,7 @@ class Resolver:
 
     def _auxiliary_target(self, motion: Motion) -> Floats:
         """Where the auxiliary axes (k,) end: as the statement says, as its point does, or where they are."""
-        point = None if motion.target.point is None else self.cell.points.get(motion.target.point)
+        point = None if motion.target.point is None else self._points.get(motion.target.point)
         return self._auxiliary.target(self.stand.e, motion.target, point, motion.line)
 
     def _with_auxiliary(self, move: Move, e: Floats) -> Move:
@@ -202,7 +214,7 @@ class Resolver:
             joints = self._taught_joints(target, motion)
             if joints is not None:
                 return np.asarray(self.robot.fk(joints) @ X_flange_tool)
-            pose = self.cell.points[target.point].pose
+            pose = self._points[target.point].pose
             assert pose is not None, "a point is taught as a pose or as joints"
             return np.asarray(X_base_frame @ pose)
         X_base_now = self.stand.X_base_flange @ X_flange_tool
@@ -213,9 +225,9 @@ class Resolver:
         """Joints of a point taught in joint space; None for another target."""
         if target.point is None:
             return None
-        point = self.cell.points.get(target.point)
+        point = self._points.get(target.point)
         if point is None:
-            known = ", ".join(f"P{n}" for n in sorted(self.cell.points)[:8]) or "none"
+            known = ", ".join(f"P{n}" for n in sorted(self._points)[:8]) or "none"
             raise PlanningError(
                 "E310",
                 f"point P{target.point} is not defined in the cell",

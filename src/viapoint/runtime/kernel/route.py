@@ -66,6 +66,7 @@ class Route:
         self._cut = np.inf  # s where the route was cut off
         self._before: Piece | None = None
         self._waiting: list[_Waiting] = []
+        self._floor = 0.0  # no way leads back behind it
         self._configuration: int | None = None
         self._bounds_at: list[float] = []
         self._rules: list[tuple[float, ...]] = []
@@ -80,7 +81,7 @@ class Route:
     @property
     def begin(self) -> float:
         """s from which on the route is kept."""
-        return self._bounds_at[0] if self._bounds_at else 0.0
+        return max(self._floor, self._bounds_at[0] if self._bounds_at else 0.0)
 
     def announce(self, tag: int, resolved: Resolved, line: int, tool: int, frame: int) -> None:
         """Say what motion `tag` is, before its pieces are taken."""
@@ -146,6 +147,18 @@ class Route:
         """Source line of the motion that leads on from s, 0 where none is kept."""
         ends = ((place, self._motions[tag].line) for tag, place in self._places.items() if place > s)
         return min(ends, default=(s, 0))[1]
+
+    def cut(self, tag: int, s: float) -> float:
+        """Motion `tag`, the last one laid, ends at s and not where it leads; s of that place from now on."""
+        if self.end > s:
+            self.axes.hold(s)
+        self._places[tag] = self.end
+        self.stops.append(self.end)
+        self.ends.append(self.end)
+        self._floor = self.end
+        self._configuration, self._before = None, None
+        self._count, self._after = 0, {0: self.end}
+        return self.end
 
     def unplace(self, tag: int) -> None:
         """Motion `tag` and those after it are not to be executed: their ends are forgotten."""

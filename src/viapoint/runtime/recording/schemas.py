@@ -133,6 +133,7 @@ JSON_SCHEMAS = {
             "message": STRING,
             "ahead": BOOLEAN,
             "timed_out": BOOLEAN,
+            "found": BOOLEAN,
         },
         ["t", "tick", "line", "kind", "robot"],
     ),
