@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from viapoint.runtime.robots import Robot, RobotError, load_robot, robot_names
     from viapoint.runtime.signals import Scenario, ScenarioError, load_scenario
     from viapoint.session import CompileError, Session, Status, compile_file, compile_text
+    from viapoint.starting import StartError
     from viapoint.station import Station
 
 __all__ = [
@@ -52,6 +53,7 @@ __all__ = [
     "Sensor",
     "Session",
     "Severity",
+    "StartError",
     "Station",
     "Status",
     "Window",
@@ -80,6 +82,7 @@ _HOMES = {
     "viapoint.runtime.records": ("Event", "Window"),
     "viapoint.runtime.robots": ("Robot", "RobotError", "load_robot", "robot_names"),
     "viapoint.runtime.signals": ("Scenario", "ScenarioError", "load_scenario"),
+    "viapoint.starting": ("StartError",),
     "viapoint.session": ("CompileError", "Session", "Status", "compile_file", "compile_text"),
     "viapoint.station": ("Station",),
 }

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, unique
 from functools import partial
 from pathlib import Path
@@ -22,9 +22,10 @@ from viapoint.language.diagnostics import Diagnostic, has_errors
 from viapoint.language.reading import read_source
 from viapoint.language.source import Source
 from viapoint.runtime.cell import Cell
-from viapoint.runtime.kernel import Corner, ExclusiveZones, Kernel, MotionError, Sensor, State
+from viapoint.runtime.kernel import Corner, ExclusiveZones, Kernel, MotionError, Sensor, Start, State
 from viapoint.runtime.records import Event, Floats, Window
 from viapoint.runtime.signals import Scenario, SignalBank, SignalWorld
+from viapoint.starting import Approaching, LineStart, start_at
 from viapoint.vm import Machine, Program, ProgramFileError, load
 
 DEFAULT_WINDOW = 1024
@@ -137,13 +138,14 @@ class Session:
     """One run of one program on one cell, with simulated drives and signals.
 
     `max_time` (s) and `cycles` (passes of the main program's endless loop) end endless programs;
-    `last_line` is the last one executed. With `step` every motion ends in an exact stop.
+    `first_line` is where it starts, with what the lines above leave (`start`); `last_line` is the last one
+    executed. With `step` every motion ends in an exact stop.
     `sensors` correct the path while it runs, beside the scenario's corrections.
     `window` is the most ticks computed at once; it has no influence on the result. `events` and `corners`
     hold all of the run, or with `keep` about the last so many, for runs without end; listeners hear every
     event. A session runs once.
     Raises ValueError for an override outside 0 … 1 (0 excluded), a window of no ticks, a time not finite, or
-    less than one event to keep.
+    less than one event to keep; StartError, which is one, for a line from which it cannot start.
     """
 
     def __init__(
@@ -156,6 +158,7 @@ class Session:
         window: int = DEFAULT_WINDOW,
         max_time: float | None = None,
         cycles: int | None = None,
+        first_line: int | None = None,
         last_line: int | None = None,
         step: bool = False,
         dry_run: bool = False,
@@ -177,6 +180,10 @@ class Session:
         self._window = window
         self._last_tick = None if max_time is None else round(max_time / cell.tick)
         self._world = world or SignalWorld(cell, scenario, cell.tick, dry_run=dry_run)
+        self.start: LineStart | None = None
+        """What holds at `first_line`."""
+        if first_line is not None:
+            self.start = start_at(program.program, cell, first_line, cycles=cycles, last_line=last_line)
         self.kernel = Kernel(
             cell,
             self._world,
@@ -184,11 +191,15 @@ class Session:
             override=override,
             stepping=step,
             patient=patient,
+            start=replace(Start.at_home(cell), tool=self.start.tool if self.start is not None else 0),
             zones=zones,
             sensors=sensors,
         )
         ports = self.kernel.dialogue
-        self._machine = Machine(program.program, ports, ports, max_cycles=cycles, last_line=last_line)
+        if self.start is not None:
+            self._machine = self.start.machine.twin(Approaching(ports, self.start), ports)
+        else:
+            self._machine = Machine(program.program, ports, ports, max_cycles=cycles, last_line=last_line)
         self._wall = 0.0
 
     def run(self) -> Iterator[Window]:

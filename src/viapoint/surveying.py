@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from viapoint.language.commands import MAX_NUMBER
 from viapoint.runtime.kernel import ExecutionError
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.forecast import Forecast, Rest, forecast
@@ -24,12 +23,9 @@ from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.kernel.unsupported import refusal
 from viapoint.runtime.workspace import Monitor
 from viapoint.vm import Machine, Program
-from viapoint.vm.conditions import Condition, Reading
 from viapoint.vm.cycles import main_loop
 from viapoint.vm.folding import Folded, fold
 from viapoint.vm.ports import (
-    AwaitCondition,
-    AwaitInput,
     Barrier,
     Call,
     Dwell,
@@ -41,6 +37,7 @@ from viapoint.vm.ports import (
     SelectTool,
     Track,
 )
+from viapoint.ways import Answers, run_on
 
 if TYPE_CHECKING:
     from viapoint.runtime.cell import Cell
@@ -54,9 +51,6 @@ MOST_PLANNED: Final = 20_000
 
 MOST_CALLS: Final = 200_000
 """Motions and actions between two places to stand at."""
-
-MOST_READS: Final = 10
-"""Reads between two places to stand at of which both answers are followed."""
 
 ROUNDS: Final = 3
 """Passes of an endless loop: the first one, one as all that follow, and one that this one leads into."""
@@ -121,7 +115,7 @@ class _Surveyor:
         self._cost = 0
         start = np.asarray(cell.home, dtype=np.float64)
         rest = Rest(start, AuxiliaryAxes.of(cell).start, 0)
-        sink, world = _List(), _Answers(cell, ())
+        sink, world = _List(), Answers(cell, ())
         self._enter(Machine(program, sink, world, max_cycles=passes), rest, None)
 
     def run(self) -> Survey:
@@ -145,13 +139,9 @@ class _Surveyor:
 
     def _follow(self, node: _Node, script: tuple[bool, ...]) -> list[tuple[bool, ...]]:
         """One way on from a node; what else could have been answered on it."""
-        sink, world = _List(), _Answers(self._cell, script)
+        sink, world = _List(), Answers(self._cell, script)
         machine = sink.machine = node.machine.twin(sink, world)
-        outcome = machine.run()
-        while isinstance(outcome, AwaitInput | AwaitCondition):
-            limited = isinstance(outcome, AwaitCondition) and outcome.seconds is not None
-            world.grant(holds=not limited)
-            outcome = machine.run()
+        outcome = run_on(machine, world)
         stretch = self._plan(node, sink)
         if stretch is None:
             self._found.cut_at = self._found.cut_at or machine.line
@@ -216,58 +206,6 @@ def _proved(folded: Folded, planned: Forecast) -> bool:
     for k in range(1, len(ends)):  # actions stand where the motion before them ends
         ends[k] = ends[k] or ends[k - 1]
     return all(ends[a] == ends[b] for a, b in folded.proofs)
-
-
-class _Answers:
-    """WorldPort: a script of answers, and no beyond its end; a wait is satisfied when it is asked again."""
-
-    def __init__(self, cell: Cell, script: tuple[bool, ...]) -> None:
-        self._cell = cell
-        self._script = script
-        self._given: list[bool] = []
-        self._granted: bool | None = None
-        self.alternatives: list[tuple[bool, ...]] = []
-
-    def grant(self, *, holds: bool) -> None:
-        """The read answered last was a wait's: it is asked again, and satisfied; there is no other way.
-
-        Unless the wait is over: then it is not (`holds`), and having been satisfied is the other way.
-        """
-        self._granted = holds
-        if holds:
-            self.alternatives = [each for each in self.alternatives if len(each) < len(self._given)]
-
-    def read_input(self, index: int, *, line: int, ahead: bool) -> bool:
-        return self._read()
-
-    def read_output(self, index: int, *, line: int, ahead: bool) -> bool:
-        return self._read()
-
-    def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
-        return self._read()
-
-    def read_level(self, reading: Reading, *, line: int, ahead: bool) -> float:
-        return MAX_NUMBER if self._read() else -MAX_NUMBER
-
-    def holds(self, condition: Condition, *, line: int) -> bool:
-        return self._read()
-
-    def found(self) -> bool:
-        return self._read()
-
-    def m_is_synchronous(self, index: int) -> bool:
-        return self._cell.m_functions.get(index, True)
-
-    def _read(self) -> bool:
-        if self._granted is not None:
-            granted, self._granted = self._granted, None
-            return granted
-        asked = len(self._given)
-        answer = asked < len(self._script) and self._script[asked]
-        if len(self._script) <= asked < MOST_READS:
-            self.alternatives.append((*self._given, True))
-        self._given.append(answer)
-        return answer
 
 
 class _List:

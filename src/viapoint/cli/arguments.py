@@ -139,6 +139,7 @@ COMMANDS = (
             CELL,
             SCENARIO,
             *LIMITS,
+            _option("--from", dest="first", metavar="N", type=_whole, help="start from line N"),
             _option("--to", metavar="N", type=_whole, help="end the run when line N has been executed"),
             _option("--step", action="store_true", help="exact stop after every motion, as in stepping"),
             _option("--override", metavar="P", type=_percent, default=100.0, help="override in percent"),

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
 # Options that change what a run does; a recording names these and no others, so that the same run
 # writes the same bytes wherever it is written to.
-TELLING = ("cell", "scenario", "override", "max_time", "cycles", "to", "step", "dry_run", "drives")
+TELLING = ("cell", "scenario", "override", "max_time", "cycles", "first", "to", "step", "dry_run", "drives")
+FLAGS = {"first": "from"}  # `from` is a word of Python
 OUTLINE = 17  # points of a curved piece of path in the scene
 STRAIGHT = 1e-5  # m; pieces this near to their chord are drawn as two points
 DEFAULTS = {"override": 100.0, "drives": "ideal"}
@@ -67,6 +68,10 @@ def _run_for_people(job: _Job, chosen: Namespace) -> None:
     from viapoint.cli.live import live_line
     from viapoint.cli.report_text import print_report, punctuality_text
 
+    if job.session.start is not None:
+        from viapoint.cli.start_text import print_start
+
+        print_start(job.session.start, job.loaded.source.text.splitlines())
     with live_line(chosen.file.name, job.loaded.source) as live:
         job.run(live)
     print_report(job.session, job.peaks, job.diagnostics(), chosen.file.name)
@@ -82,6 +87,10 @@ def _run_for_json(job: _Job) -> None:
 
     job.run()
     report = run_report(job.session, [to_json(diagnostic) for diagnostic in job.diagnostics()])
+    if job.session.start is not None:
+        from viapoint.cli.start_text import start_data
+
+        report["start"] = start_data(job.session.start)
     if job.sender is not None and job.sender.punctuality is not None:
         report["realtime"] = asdict(job.sender.punctuality)
     print_json(report)
@@ -120,8 +129,6 @@ class _Job:
     """One run with everything it needs; loading happens at construction and may refuse."""
 
     def __init__(self, chosen: Namespace, cell: Cell) -> None:
-        from viapoint.session import Session
-
         self._chosen = chosen
         if getattr(chosen, "record", None) is not None:
             keep_inputs(chosen.record, chosen.file, chosen.cell, chosen.scenario)
@@ -146,25 +153,36 @@ class _Job:
         if self.attendant is not None:
             listeners.append(self.attendant)
         self.interrupted = False
-        self.session: Session = Session(
-            self.cell,
-            self.loaded,
-            scenario=self.scenario,
-            override=getattr(chosen, "override", 100.0) / 100.0,
-            window=window,
-            max_time=chosen.max_time,
-            cycles=chosen.cycles,
-            last_line=getattr(chosen, "to", None),
-            step=getattr(chosen, "step", False),
-            dry_run=getattr(chosen, "dry_run", False),
-            patient=self.attendant is not None,
-            listeners=listeners,
-        )
+        self.session = self._session(listeners, window)
         if self.attendant is not None:
             self.attendant.bind(self.session, window)
         if self.recorder is not None:
             self.session.kernel.planner.laid = self._draw
             self.session.kernel.execution.blocks.paced = self.recorder.event
+
+    def _session(self, listeners: Sequence[Listener], window: int) -> Session:
+        from viapoint.session import Session
+        from viapoint.starting import StartError
+
+        chosen = self._chosen
+        try:
+            return Session(
+                self.cell,
+                self.loaded,
+                scenario=self.scenario,
+                override=getattr(chosen, "override", 100.0) / 100.0,
+                window=window,
+                max_time=chosen.max_time,
+                cycles=chosen.cycles,
+                first_line=getattr(chosen, "first", None),
+                last_line=getattr(chosen, "to", None),
+                step=getattr(chosen, "step", False),
+                dry_run=getattr(chosen, "dry_run", False),
+                patient=self.attendant is not None,
+                listeners=listeners,
+            )
+        except StartError as error:
+            raise UsageError(str(error)) from error
 
     def _draw(self, pieces: Sequence[Piece]) -> None:
         """The planned path into the recording's scene."""
@@ -336,7 +354,7 @@ def _command_line(chosen: Namespace) -> str:
         value = getattr(chosen, name, None)
         if value is None or value is False or value == DEFAULTS.get(name):
             continue
-        words.append(f"--{name.replace('_', '-')}")
+        words.append(f"--{FLAGS.get(name, name).replace('_', '-')}")
         if value is not True:
             words.append(value.name if isinstance(value, Path) else f"{value:g}")
     return " ".join(words)

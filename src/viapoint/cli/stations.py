@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from viapoint.cli.failures import UsageError
 from viapoint.cli.loading import programs_from, scenario_from
 from viapoint.cli.output import keep_inputs, note, print_json
-from viapoint.cli.running import Peaks, Stop, recorder_of
+from viapoint.cli.running import FLAGS, Peaks, Stop, recorder_of
 
 if TYPE_CHECKING:
     from viapoint.language.diagnostics import Diagnostic
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from viapoint.session import Listener, Session
 
 FOR_ONE = {
+    "first": "names a line of one program",
     "to": "names a line of one program",
     "serve": "serves one robot",
     "realtime": "sends the ticks of one robot",
@@ -29,7 +30,7 @@ def run_station(chosen: Namespace, cells: tuple[Cell, ...]) -> int:
     """Run the programs of all robots; FILE is that of the robots for which the cell names none."""
     for name, why in FOR_ONE.items():
         if getattr(chosen, name, None) not in (None, False):
-            raise UsageError(f"--{name} {why}; the cell has {len(cells)} robots")
+            raise UsageError(f"--{FLAGS.get(name, name)} {why}; the cell has {len(cells)} robots")
     job = _Job(chosen, cells)
     job.run()
     if chosen.format == "json":

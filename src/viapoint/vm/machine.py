@@ -59,7 +59,7 @@ class Machine:
 
     `max_cycles` ends an endless program after so many passes of its main loop (`cycles.main_loop`): at the
     jump back that completes the last of them. `last_line` ends any program when it leaves that line.
-    `modal` is what holds where it begins.
+    `modal` is what holds where it begins. Before `until`, a line, it waits as if there were no room.
     """
 
     def __init__(
@@ -71,6 +71,7 @@ class Machine:
         max_cycles: int | None = None,
         last_line: int | None = None,
         modal: Modal = BEGINNING,
+        until: int | None = None,
     ) -> None:
         self._program = program
         self._motion = motion
@@ -93,6 +94,7 @@ class Machine:
         self.cut_short = False
         """Whether `max_cycles` or `last_line` ended the program."""
         self._last_line = last_line
+        self.until = until
 
     @property
     def line(self) -> int:
@@ -109,12 +111,24 @@ class Machine:
         """Passes of the main loop to come, with the present one; None where they are not counted."""
         return self._cycles_left
 
-    def twin(self, motion: MotionPort, world: WorldPort) -> Machine:
+    @property
+    def next_line(self) -> int:
+        """Source line of what is executed next."""
+        return self._program.line_at(self._address)
+
+    def twin(self, motion: MotionPort, world: WorldPort, *, until: int | None = None) -> Machine:
         """A machine that goes on from here on other ports; neither has an influence on the other."""
         shared = (self._program, self._steps, self._motion, self._world)
         twin = copy.deepcopy(self, {id(one): one for one in shared})
-        twin._motion, twin._world = motion, world
+        twin._motion, twin._world, twin.until = motion, world, until
         return twin
+
+    @property
+    def counters(self) -> tuple[tuple[str, int], ...]:
+        """Labels to which a counted GOTO has jumped back, each with the number of the present run."""
+        names = self._program.labels
+        counters = self._frames[-1].counters
+        return tuple((names[label].name, runs) for label, (_, runs) in sorted(counters.items()))
 
     @property
     def call_stack(self) -> tuple[ActiveCall, ...]:
@@ -148,6 +162,8 @@ class Machine:
             step = self._steps.at(self._address)
             if self._line == self._last_line != step.line:
                 return self._cut(self._line)
+            if step.line == self.until:
+                return BufferFull()
             self._line = step.line
             self._work += 1
             if self._work > self._work_limit:

@@ -1,0 +1,70 @@
+"""What holds where a run starts from a line, for people and as data. Shown before anything moves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from viapoint.starting import LineStart
+    from viapoint.vm.ports import Speed
+
+UNKNOWN: Final = ("outputs", "belts")
+"""What a start from a line leaves as it is, since nobody knows how it should be."""
+
+
+def start_data(start: LineStart) -> dict[str, Any]:
+    """As the JSON report has it."""
+    approach = start.approach
+    return {
+        "line": start.line,
+        "tool": start.tool,
+        "speed": None if start.speed is None else _speed(start.speed),
+        "tangent_deg": None if start.tangent is None else start.tangent.offset,
+        "counters": dict(start.counters),
+        "assumed": [_row(each.line, each.what, each.value) for each in start.assumed],
+        "not_switched": [_row(each.line, f"DO{each.index}", each.value) for each in start.skipped],
+        "not_known": list(UNKNOWN),
+        "approach": None if approach is None else [round(q, 6) + 0.0 for _, q in approach.target.joints],
+    }
+
+
+def _row(line: int, signal: str, value: bool) -> dict[str, Any]:
+    return {"line": line, "signal": signal, "value": value}
+
+
+def _speed(speed: Speed) -> str:
+    return f"{speed.kind.value}{speed.value:g}"
+
+
+def print_start(start: LineStart, lines: Sequence[str]) -> None:
+    """What is restored, what was assumed, what is not known, and how the robot gets there."""
+    text = lines[start.line - 1].partition("//")[0].strip() if start.line <= len(lines) else ""
+    print(f"start from line {start.line}  {text}".rstrip())
+    for label, said in _rows(start):
+        print(f"  {label:<13}{said}")
+    print(flush=True)
+
+
+def _rows(start: LineStart) -> Iterator[tuple[str, str]]:
+    speed = "none programmed" if start.speed is None else _speed(start.speed)
+    tangent = "off" if start.tangent is None else f"on, {start.tangent.offset:g} deg"
+    yield "restored", f"tool T{start.tool}, speed {speed}, TANG {tangent}"
+    for label, runs in start.counters:
+        yield "", f"loop {label}: run {runs}"
+    for read in start.assumed:
+        where = f" in line {read.line}" if read.line > 0 else ""
+        yield "assumed", f"{read.what} {_on_off(read.value)}{where}"
+    for output in start.skipped:
+        yield "not switched", f"DO{output.index} {_on_off(output.value)} of line {output.line}"
+    yield "not known", ", ".join(UNKNOWN)
+    if start.approach is None or start.approach.speed is None:
+        yield "approach", "none: no motion stands above"
+    else:
+        joints = "  ".join(f"{value:.1f}" for _, value in start.approach.target.joints)
+        yield "approach", f"joint move to {joints} at {start.approach.speed.value:g} deg/s"
+
+
+def _on_off(value: bool) -> str:
+    return "on" if value else "off"
