@@ -4,7 +4,8 @@ Its times were measured with 1000 mm/s² per axis, no jerk limit, and 1 mm of to
 kernel's own geometry and look-ahead with round edges of the same deviation, the acceleration of the TCP
 within 1000 mm/s² as a *vector* and its jerk within 50,000 mm/s³, on an arm whose joints do not limit. The
 vectors are bounded by their projections on directions all round the plane, each a little tighter, so that
-the bound is never looser than the circle. The last columns show what the ticks of the result really have.
+the bound is never looser than the circle. The last columns show what the ticks of the result really have;
+jerk by differences over ticks may be 1.05 times its limit, as everywhere.
 
     python benchmarks/linuxcnc.py
 """
