@@ -270,6 +270,7 @@ class Mover:
         times = np.arange(first_tick, first_tick + count, dtype=np.float64) * self._tick
         left = int(np.searchsorted(times, law.t_end - _ROUNDING * self._tick)) + 1
         r, _, _ = law.at(times[:left])
+        r = np.minimum(r, np.nextafter(law.s_end, -np.inf))  # at the end itself is the tick of arrival alone
         arrived = left <= count
         if arrived:
             r[-1] = law.s_end
