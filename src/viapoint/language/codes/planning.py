@@ -88,6 +88,22 @@ ENTRIES: Final[tuple[Entry, ...]] = (
             "acceleration = 1000\n",
         ),
     ),
+    entry(
+        "E308",
+        "path without heading",
+        """While TANG is on, the tool turns with the heading of the path in the X-Y plane of its frame. Here
+        the path runs along Z, where it has none. Switch TANG off for the way up or down, or lead the path a
+        little aside.""",
+        "MJ X=1400 Y=0 Z=1500 A=0 B=90 C=0 F60\nTANG 1\nML X=1500 F200\nML Z=1400\n",
+    ),
+    entry(
+        "E309",
+        "tangential tool winds up",
+        """While TANG is on, every turn of the path turns the tool and the wrist once. Along closed contours
+        that adds up until a joint would leave its range; the message says after how many turns. Unwind with
+        an MJ between two contours, or travel one of them the other way round.""",
+        "MJ X=1400 Y=0 Z=1500 A=0 B=90 C=0 F60\nTANG 1\nMC X=1500 Y=100 QX=1450 QY=80 QZ=1500 H1080 F200\n",
+    ),
     _elsewhere(
         "E310",
         "point not in this cell",
@@ -217,13 +233,6 @@ half_angle_deg = 30
             program="MJ J5=30 F50\nTRK 1\nML X=1700 F100\nTRK 0\n",
             cell=f"{_ROBOT}[[conveyors]]\nindex = 1\ncounts_per_mm = 100\n",
         ),
-    ),
-    entry(
-        "E391",
-        "tangential control",
-        """TANG 1 compiles, but this version cannot run it: the tool would have to turn with the path. Program
-        the orientations in the points instead.""",
-        "TANG 1\nMC X=1700 Z=2650 QX=1720 QY=0 QZ=2660 F100\nTANG 0\n",
     ),
     entry(
         "E392",

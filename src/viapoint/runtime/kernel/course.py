@@ -158,7 +158,7 @@ def _lost(t: Floats, s: Floats, v: Floats, bound: Floats) -> float:
     top = float(share.max())
     k = int(np.argmax(share >= _FULL * top))
     at_full = np.diff(s[: k + 1]) * 0.5 * (1.0 / bound[:k] + 1.0 / bound[1 : k + 1])
-    return float(t[k] - t[0] - at_full.sum() / top) if top > 0.0 else 0.0
+    return max(float(t[k] - t[0] - at_full.sum() / top), 0.0) if top > 0.0 else 0.0
 
 
 def _unit(way: Floats) -> Floats | None:

@@ -48,6 +48,8 @@ class Execution:
         room_for: RoomFor,
     ) -> None:
         self.tool = 0
+        self.tangent: float | None = None
+        """deg between tool and heading while the tool keeps to the tangent; None: it does not."""
         self.statements = 0
         """Statements executed so far."""
         self.dwell_until: int | None = None
@@ -114,7 +116,10 @@ class Execution:
                 dialogue.reach_barrier(call, self.statements)
             case End():
                 self.ended = True
-            case Track() | Tangent():
+            case Tangent(line=line, on=on, offset=offset):
+                self.tangent = offset if on else None
+                trace.emit("tangent", line, on=on, offset_deg=offset)
+            case Track():
                 pass  # switching off what is not on
             case _:
                 assert_never(call)
@@ -156,8 +161,10 @@ class Execution:
     def passable(self, entry: Entry) -> bool:
         """Whether an action takes effect on a moving path; others, and motions, need their place first."""
         match entry.call:
-            case SetOutput() | SetLevel() | Pulse() | Track() | Tangent():
+            case SetOutput() | SetLevel() | Pulse() | Track():
                 return True
+            case Tangent(on=on, offset=offset):
+                return (offset if on else None) == self.tangent
             case RaiseM(synchronous=synchronous):
                 return not synchronous
             case SelectTool(tool=tool):

@@ -22,6 +22,7 @@ from viapoint.runtime.kernel.failure import MotionError
 from viapoint.runtime.kernel.guard import TickGuard
 from viapoint.runtime.kernel.motion import Mover
 from viapoint.runtime.kernel.planner import Corner, Planner
+from viapoint.runtime.kernel.resolver import NO_TANGENCY, Tangency
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.records import Event, Floats
 from viapoint.runtime.timing import TimeLaw
@@ -42,17 +43,18 @@ _SAME: Final = 9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rest:
-    """Where the robot stands: joints (n,), auxiliary axes (k,), tool."""
+    """Where the robot stands: joints (n,), auxiliary axes (k,), tool, what a tangential tool has left."""
 
     q: Floats
     e: Floats
     tool: int
+    tangency: Tangency = NO_TANGENCY
 
     @property
     def key(self) -> tuple[float, ...]:
         """Equal for rests that are one but for rounding."""
         values = np.round(np.concatenate((self.q, self.e)), _SAME) + 0.0
-        return (*values.tolist(), float(self.tool))
+        return (*values.tolist(), float(self.tool), *self.tangency.key)
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +124,7 @@ class _Forecaster:
         self._given = 0
         self._buffer = MotionBuffer(WIDEST)
         self._planner = Planner(cell, self._buffer, rest.q, tool=rest.tool)
+        self._planner.take_over(rest.tangency)
         self._mover = Mover(cell, self._planner.route, 1.0)
         self._guard = TickGuard(self._planner.monitor, Trace(_nobody, cell.tick))
         self._rest = rest
@@ -149,7 +152,7 @@ class _Forecaster:
             slowdowns=tuple(self._slowdowns),
             passings=tuple(Passing(each.line, each.zone, each.enters) for each in planner.zone_crossings),
             failure=self._failure or planner.failure,
-            end=Rest(axes.q_end, axes.e_end, self._tool),
+            end=Rest(axes.q_end, axes.e_end, self._tool, planner.tangency),
             leaves=self._course.leaves,
             arrives=self._course.arrives,
         )

@@ -7,20 +7,23 @@ runs on to the last exact stop that is sure, and halts there.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
+from viapoint.language.units import DEG
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.acting import ActingMotions
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
 from viapoint.runtime.kernel.failure import MotionError, PlanningError
 from viapoint.runtime.kernel.guard import PathGuard, ZoneCrossing
-from viapoint.runtime.kernel.resolver import Resolver
+from viapoint.runtime.kernel.resolver import Resolver, Tangency
 from viapoint.runtime.kernel.route import Route
+from viapoint.runtime.kernel.winding import Winding
 from viapoint.runtime.kernel.zones import Passage
 from viapoint.runtime.path import Chain, GeometryError, Piece, Transition
 from viapoint.runtime.records import Floats
@@ -73,6 +76,7 @@ class Planner:
         self._tolerance = cell.path_tolerance
         self._chain = Chain(tolerance=self._tolerance)
         self._stepping = stepping
+        self._winding = Winding()
         self._outputs, self._levels = cell.io.digital_outputs, cell.io.analog_outputs
         self._acting = ActingMotions(self.route)
         self._lines: dict[int, int] = {}  # of the motions from the oldest one whose end is undecided on
@@ -91,6 +95,15 @@ class Planner:
         if self.crossed is not None:
             s = self.route.end + crossing.place * crossing.length
             self.crossed(Passage(s, crossing.zone, crossing.enters))
+
+    @property
+    def tangency(self) -> Tangency:
+        """What a tangential tool leaves to the motions that come."""
+        return self._resolver.tangency
+
+    def take_over(self, tangency: Tangency) -> None:
+        """Begin where a tangential tool has left this."""
+        self._resolver.take_over(tangency)
 
     @property
     def undecided(self) -> bool:
@@ -147,7 +160,8 @@ class Planner:
         if self._open is None:
             return
         self._open = None
-        self._chain.close()
+        with self._named(self._last):
+            self._chain.close()
         if line is not None:
             self._forced_by[self._last] = line
 
@@ -177,9 +191,15 @@ class Planner:
                 self.close(line)
             case Track(line=line):
                 raise PlanningError("E390", "conveyor tracking (TRK) cannot be run yet", line)
-            case Tangent(line=line, on=on):
-                if on:
-                    raise PlanningError("E391", "tangential control (TANG) cannot be run yet", line)
+            case Tangent(line=line, on=on, offset=offset):
+                self._tangent(offset * DEG if on else None, line)
+
+    def _tangent(self, offset: float | None, line: int) -> None:
+        """From here on the tool keeps to the tangent, with an offset in rad, or no longer: from a stop on."""
+        if offset != self._resolver.offset:
+            self.close(line)
+            self._resolver.offset = offset
+            self._winding.begin()
 
     def _check_output(self, write: SetOutput | SetLevel | Pulse) -> None:
         kind, last = ("AO", self._levels) if isinstance(write, SetLevel) else ("DO", self._outputs)
@@ -206,10 +226,17 @@ class Planner:
         self._acting.announce(motion.actions, tag, self._last, move)
         self._lines[tag] = motion.line
         self._open = self._last = tag
-        try:
+        with self._named(tag):
             self._chain.push(move)
+
+    @contextmanager
+    def _named(self, tag: int) -> Iterator[None]:
+        """Geometry that fails names the line of its motion, or else that of motion `tag`."""
+        try:
+            yield
         except GeometryError as error:
-            raise PlanningError(error.code, error.message, motion.line) from None
+            line = self.route.line_of(tag if error.tag is None else error.tag)
+            raise PlanningError(error.code, error.message, line) from None
 
     def _take(self) -> None:
         """Hand finished pieces and decided corners over."""
@@ -218,7 +245,12 @@ class Planner:
             self.laid(pieces)
         for transition in transitions:
             self._report(transition)
-        self.route.take(*self._acting.hold_back(pieces, marks))
+        known, marks = self._acting.hold_back(pieces, marks)
+        try:
+            self.route.take(known, marks)
+        except MotionError as error:
+            raise self._winding.explained(error, known, self.route.line_of) from None
+        self._winding.take(known)
         self._acting.check()
 
     def _report(self, transition: Transition) -> None:
@@ -243,6 +275,10 @@ class Planner:
     def _fail(self, error: MotionError) -> None:
         """Everything before the failure stands, and the path ends there at rest."""
         self.failure = error
-        self.close()
+        try:
+            self.close()
+        except MotionError as earlier:  # of a spline that waited for what comes after it
+            self.failure = earlier
+        self._chain.close()
         self._lay()  # what came before may not be plannable either: then that is the failure
         self.route.stop_here()

@@ -25,12 +25,21 @@ from viapoint.runtime.path import (
     MoveKind,
     Piece,
     Pose,
+    Tangential,
     auxiliary_alone,
+    end_pose,
     programmed,
+    tangential_move,
 )
 from viapoint.runtime.records import Floats
 from viapoint.runtime.robots import Robot
-from viapoint.runtime.rotations import abc_to_matrix, invert_pose, matrix_to_abc, matrix_to_quaternion
+from viapoint.runtime.rotations import (
+    abc_to_matrix,
+    invert_pose,
+    matrix_to_abc,
+    matrix_to_quaternion,
+    quaternion_to_matrix,
+)
 from viapoint.vm.ports import Motion, MotionKind, Target
 
 _KINDS: Final = {
@@ -42,6 +51,8 @@ _KINDS: Final = {
 }
 _POSITION: Final = ("X", "Y", "Z")
 _ROTATION: Final = ("A", "B", "C")
+_SAME: Final = 9
+"""Decimals by which two orientations are told apart."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +62,25 @@ class Stand:
     q: Floats
     X_base_flange: Floats
     e: Floats
+    R_programmed: Floats | None = None
+    """(3, 3) of the flange as programmed, where a tangential tool has another; None: as it is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tangency:
+    """What a tangential tool leaves to the motions after it: its offset (rad), the orientation programmed."""
+
+    offset: float | None = None
+    R_programmed: Floats | None = None  # (3, 3)
+
+    @property
+    def key(self) -> tuple[float, ...]:
+        """Equal for two that are one but for rounding; inf: none."""
+        R = np.zeros(0) if self.R_programmed is None else np.round(self.R_programmed, _SAME).ravel() + 0.0
+        return (np.inf if self.offset is None else self.offset, *R.tolist())
+
+
+NO_TANGENCY: Final = Tangency()
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +104,8 @@ class Resolver:
         self._auxiliary = AuxiliaryAxes.of(cell)
         self.stand = Stand(q_start, self.robot.fk(q_start), self._auxiliary.start)
         self._points = dict(cell.points)
+        self.offset: float | None = None
+        """rad between tool and heading while the tool is tangential; None: it is not."""
         self._joint_before = False
         self._sure = True  # that the joints are those in which the path as rounded will end
 
@@ -93,7 +125,7 @@ class Resolver:
 
     def begin_anew(self, q: Floats, e: Floats) -> None:
         """The robot stands in joints q (n,), auxiliary axes e (k,), wherever the last motion leads."""
-        self.stand = Stand(q, self.robot.fk(q), e)
+        self.stand = Stand(q, self.robot.fk(q), e, self.stand.R_programmed)
         self._joint_before, self._sure = True, True
 
     def keep(self, index: int, motion: Motion, q: Floats, e: Floats) -> None:
@@ -102,12 +134,24 @@ class Resolver:
         pose = invert_pose(self._frame(motion, e)) @ X_base_tcp
         self._points[index] = Point(index=index, name=None, pose=pose, joints=None)
 
+    @property
+    def tangency(self) -> Tangency:
+        """What a tangential tool has left."""
+        return Tangency(self.offset, self.stand.R_programmed)
+
+    def take_over(self, tangency: Tangency) -> None:
+        """Go on where a tangential tool has left this."""
+        self.offset = tangency.offset
+        self.stand = replace(self.stand, R_programmed=tangency.R_programmed)
+
     def arrive(self, q: Floats) -> None:
         """The path as rounded stops here in joints q (n,).
 
         Beside a singular pose it may have gone another way round than the programmed one.
         """
-        self.stand = replace(self.stand, q=q)
+        tangential = self.stand.R_programmed is not None
+        X_base_flange = self.robot.fk(q) if tangential else self.stand.X_base_flange
+        self.stand = replace(self.stand, q=q, X_base_flange=X_base_flange)
         self._sure = True
 
     def must_stop_before(self, motion: Motion) -> bool:
@@ -115,12 +159,15 @@ class Resolver:
 
         Where a joint move has ended in a singular pose the free joints must turn first: no round edge can
         lead out of a joint move along which a joint stays free. A joint move behind a path beside a singular
-        pose starts from joints that are not sure before the path is rounded.
+        pose starts from joints that are not sure before the path is rounded. A tangential tool is aligned at
+        rest behind a joint move, and its joints are known at rest only.
         """
         if _KINDS[motion.kind] is MoveKind.JOINT:
             return not self._sure
         if not self._joint_before:
             return False
+        if self.offset is not None:
+            return True
         stand = self.stand
         return bool(self.robot.kinematics.free_joint(stand.X_base_flange[None], stand.q[None])[0])
 
@@ -187,6 +234,8 @@ class Resolver:
             z_axis=self._frame(motion, e)[:3, 2],
             corner=_corner(motion),
         )
+        if self.offset is not None:
+            return self._tangential(motion, move, e, X_flange_tool)
         end, configuration = replace(self.stand, e=e), None
         if (segment := programmed(move)) is not None:
             piece = Piece(segment, 0.0, segment.length, tag, ends=True, stop=True)
@@ -198,6 +247,32 @@ class Resolver:
         if auxiliary_alone(move):
             return Resolved(self._joint_line(motion, tag, X_flange_tool, end), UNBOUND, X_flange_tool, end)
         return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end, configuration)
+
+    def _tangential(self, motion: Motion, programmed: Move, e: Floats, X_flange_tool: Floats) -> Resolved:
+        """A path motion whose tool keeps to the tangent: in which joints it ends is known when it is laid."""
+        assert self.offset is not None, "asked for a tangential tool only"
+        how = Tangential(self._frame(motion, e)[:3, :3], self.offset, _orientation(programmed.start))
+        start = _pose(self._now(X_flange_tool))
+        move = self._with_auxiliary(tangential_move(programmed, _orientation(start), how), e)
+        if auxiliary_alone(move):
+            end = replace(self.stand, e=e)
+            return Resolved(
+                self._joint_line(motion, move.tag, X_flange_tool, end), UNBOUND, X_flange_tool, end
+            )
+        last = end_pose(replace(programmed, start=start))
+        X_end = np.eye(4)
+        X_end[:3, :3], X_end[:3, 3] = quaternion_to_matrix(_orientation(last)[None])[0], last.position
+        X_base_flange = X_end @ invert_pose(X_flange_tool)
+        self._sure = False
+        end = Stand(self.stand.q, X_base_flange, e, X_base_flange[:3, :3])
+        return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end)
+
+    def _now(self, X_flange_tool: Floats) -> Floats:
+        """X_base_tcp (4, 4) where the last motion ends, in the orientation that was programmed for it."""
+        X = np.array(self.stand.X_base_flange @ X_flange_tool)
+        if self.stand.R_programmed is not None:
+            X[:3, :3] = self.stand.R_programmed @ X_flange_tool[:3, :3]
+        return X
 
     def _auxiliary_target(self, motion: Motion) -> Floats:
         """Where the auxiliary axes (k,) end: as the statement says, as its point does, or where they are."""
@@ -217,8 +292,7 @@ class Resolver:
             pose = self._points[target.point].pose
             assert pose is not None, "a point is taught as a pose or as joints"
             return np.asarray(X_base_frame @ pose)
-        X_base_now = self.stand.X_base_flange @ X_flange_tool
-        X_frame_now = invert_pose(self._frame(motion, self.stand.e)) @ X_base_now
+        X_frame_now = invert_pose(self._frame(motion, self.stand.e)) @ self._now(X_flange_tool)
         return np.asarray(X_base_frame @ _with_coordinates(X_frame_now, dict(target.coordinates)))
 
     def _taught_joints(self, target: Target, motion: Motion) -> Floats | None:
@@ -287,6 +361,11 @@ class Resolver:
 
 def _pose(X: Floats) -> Pose:
     return Pose(X[:3, 3], matrix_to_quaternion(X[:3, :3]))
+
+
+def _orientation(pose: Pose) -> Floats:
+    assert pose.quaternion is not None, "a commanded pose has an orientation"
+    return pose.quaternion
 
 
 def _corner(motion: Motion) -> Corner:

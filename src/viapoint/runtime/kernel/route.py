@@ -95,6 +95,10 @@ class Route:
         """The programmed speeds of motion `tag`."""
         return self._motions[tag].resolved.rule
 
+    def line_of(self, tag: int) -> int:
+        """The line of motion `tag`."""
+        return self._motions[tag].line
+
     def take(self, pieces: Sequence[Piece], marks: Sequence[Mark]) -> None:
         """Compile finished pieces onto the end and note where their motions end.
 

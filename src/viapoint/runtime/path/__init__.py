@@ -3,12 +3,13 @@
 from viapoint.runtime.path.chain import Chain, Mark, Transition
 from viapoint.runtime.path.corners import Reason
 from viapoint.runtime.path.errors import GeometryError
-from viapoint.runtime.path.moves import Corner, Move, MoveKind, Pose, Poses, Space
+from viapoint.runtime.path.moves import Corner, Move, MoveKind, Pose, Poses, Space, Tangential
 from viapoint.runtime.path.piece import Piece
 from viapoint.runtime.path.segments import PoseSegment
 from viapoint.runtime.path.segments import sample as sample_segments
 from viapoint.runtime.path.shapes import auxiliary_alone, end_pose
 from viapoint.runtime.path.splines import programmed
+from viapoint.runtime.path.tangential import tangential_move
 
 __all__ = [
     "Chain",
@@ -23,9 +24,11 @@ __all__ = [
     "Poses",
     "Reason",
     "Space",
+    "Tangential",
     "Transition",
     "auxiliary_alone",
     "end_pose",
     "programmed",
     "sample_segments",
+    "tangential_move",
 ]

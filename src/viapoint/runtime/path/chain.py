@@ -10,11 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from viapoint.runtime.path.alignment import aligned, alignment, in_place, same
 from viapoint.runtime.path.corners import Passage, Reason, pass_corner
-from viapoint.runtime.path.moves import Corner, Floats, Move, MoveKind, Pose
+from viapoint.runtime.path.errors import GeometryError
+from viapoint.runtime.path.moves import Corner, Floats, Move, MoveKind, Pose, Tangential
 from viapoint.runtime.path.piece import Piece
-from viapoint.runtime.path.segments import Segment
-from viapoint.runtime.path.shapes import end_pose, is_zero, shape_alone
+from viapoint.runtime.path.segments import PoseSegment, Segment
+from viapoint.runtime.path.shapes import end_pose, is_zero, shape_alone, turns_in_place
 from viapoint.runtime.path.splines import Neighbour, spline
 
 # A motion may start so far (m) from where the one before ended: conversions through joints and back.
@@ -52,6 +54,7 @@ class _Link:
     corner: Corner
     last_tag: int  # of this motion, or of the last motion of zero length after it
     followers: list[int]  # tags of motions of zero length at its end
+    before: Floats | None = None  # orientation it begins with at rest, where its tool is to be aligned first
     begin: float = 0.0  # parameter where the round edge before it ends
 
 
@@ -82,9 +85,13 @@ class Chain:
         if is_zero(move):
             self._pass_over(move)
         else:
-            segment = shape_alone(move)
+            how = move.tangential
+            segment = None if how and turns_in_place(move) else shape_alone(move)
+            if how is not None and segment is not None:
+                segment = aligned(segment, how)
             self._end = end_pose(move)
-            self._open.append(_Link(move, segment, move.corner, move.tag, []))
+            before = how.before if how and not self._open else None
+            self._open.append(_Link(move, segment, move.corner, move.tag, [], before))
         self._advance(closing=False)
 
     def close(self) -> None:
@@ -119,12 +126,27 @@ class Chain:
 
     def _build(self, index: int, closing: bool) -> None:
         """Make the spline at `index` once its neighbours are known."""
-        link = self._open[index]
+        link, how = self._open[index], self._open[index].move.tangential
         followed = index + 1 < len(self._open)
-        if link.segment is not None or not (followed or closing):
+        if link.segment is not None:
             return
-        before = self._neighbour(index - 1) if index else self._before
-        link.segment = spline(link.move, before, self._neighbour(index + 1) if followed else None)
+        if how is not None and turns_in_place(link.move):
+            heading = link.before if index == 0 else _last_orientation(self._open[0])
+            if heading is not None:
+                link.segment = in_place(link.move, how, heading)
+        elif followed or closing:
+            before = self._neighbour(index - 1) if index else self._before
+            plain = spline(link.move, before, self._neighbour(index + 1) if followed else None)
+            link.segment = plain if how is None else self._aligned(index, plain, how)
+
+    def _aligned(self, index: int, plain: PoseSegment, how: Tangential) -> PoseSegment:
+        """A spline with its tool along its tangent; where that cannot be, the path ends before it."""
+        try:
+            return aligned(plain, how)
+        except GeometryError as error:
+            error.tag = self._open[index].move.tag
+            del self._open[index:]
+            raise
 
     def _neighbour(self, index: int) -> Neighbour:
         return Neighbour(self._open[index].move, self._open[index].segment)
@@ -133,11 +155,13 @@ class Chain:
         next_tag = right.move.tag
         if left.segment is None or right.segment is None:
             reason = Reason.ASKED if left.corner.stop else Reason.R_ZERO
-            self._finish_with_stop(left, next_tag, reason)
+            self._stop_between(left, right, reason)
             return
-        passage = pass_corner(left.segment, right.segment, _corner(left, right), self.tolerance)
+        passage = Passage(Reason.TANGENT)
+        if same(left.move.tangential, right.move.tangential):
+            passage = pass_corner(left.segment, right.segment, _corner(left, right), self.tolerance)
         if passage.reason.stops:
-            self._finish_with_stop(left, next_tag, passage.reason)
+            self._stop_between(left, right, passage.reason)
             return
         self._record(left, next_tag, passage.radius, passage.reason)
         if passage.edge is None:
@@ -154,6 +178,11 @@ class Chain:
         self._append(Piece(edge, half, half, right.move.tag, is_edge=True))
         right.begin = passage.join
 
+    def _stop_between(self, left: _Link, right: _Link, reason: Reason) -> None:
+        self._finish_with_stop(left, right.move.tag, reason)
+        if right.move.tangential is not None:
+            right.before = _last_orientation(left)
+
     def _finish_with_stop(self, link: _Link, next_tag: int | None, reason: Reason) -> None:
         assert link.segment is not None
         self._record(link, next_tag, 0.0, reason)
@@ -163,6 +192,11 @@ class Chain:
     def _emit(self, link: _Link, end: float, *, ends: bool = False, stop: bool = False) -> None:
         """The uncut interval of a segment, if the round edges left any."""
         assert link.segment is not None
+        if link.before is not None:
+            first = alignment(link.before, link.segment, link.move)
+            link.before = None
+            if first is not None:
+                self._append(Piece(first, 0.0, first.length, link.move.tag, stop=True))
         left = end - link.begin
         if left > NOTHING_LEFT * link.segment.length:
             self._append(Piece(link.segment, link.begin, left, link.move.tag, ends, stop))
@@ -202,6 +236,12 @@ class Chain:
             gap = float(np.linalg.norm(move.start.position - self._end.position))
             if gap > LARGEST_GAP:
                 raise ValueError(f"motion {move.tag} starts {gap:.3g} m from the end of the one before")
+
+
+def _last_orientation(link: _Link) -> Floats | None:
+    """The orientation (4,) in which a link ends, once that is known."""
+    segment = link.segment
+    return None if segment is None else np.asarray(segment.poses(np.array([segment.length])).quaternion[0])
 
 
 def _corner(left: _Link, right: _Link) -> Corner:

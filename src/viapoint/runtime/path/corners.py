@@ -42,6 +42,7 @@ class Reason(Enum):
     TOLERANCE = "tangential, passed within the path tolerance"
     ZERO_LENGTH = "motion of zero length, passed over"
     END = "the path ends here"
+    TANGENT = "the tool turns to another tangential orientation"
     ASKED = "an exact stop is required here"
     R_ZERO = "R0"
     CORNER = "not tangential and no R"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from viapoint.runtime.path.alignment import along_edge
 from viapoint.runtime.path.curves import Profile, joining
 from viapoint.runtime.path.moves import Floats, Space
 from viapoint.runtime.path.segments import Jet, JointSegment, PoseSegment, Segment
@@ -28,7 +29,8 @@ def round_edge(left: Segment, right: Segment, leave: float, join: float) -> Segm
     corner = corner_orientation(left)
     turn = turn_about(_key(0.0, a), _key(length, b), corner)
     in_place = left.turns_in_place and right.turns_in_place
-    return PoseSegment(curve, turn, in_place, _auxiliary(left, right, leave, join, length))
+    edge = PoseSegment(curve, turn, in_place, _auxiliary(left, right, leave, join, length))
+    return along_edge(edge, left, right, leave, join)
 
 
 def _auxiliary(left: Segment, right: Segment, leave: float, join: float, length: float) -> Profile | None:

@@ -10,3 +10,5 @@ class GeometryError(Exception):
         super().__init__(f"{code}: {message}")
         self.code = code
         self.message = message
+        self.tag: int | None = None
+        """Of the motion, where another one is at hand when it is found."""

@@ -78,6 +78,19 @@ class Corner:
         return self.radius
 
 
+@dataclass(frozen=True, slots=True)
+class Tangential:
+    """How the tool of a motion keeps to its tangent: `offset` rad from the heading in the frame's X-Y plane.
+
+    The orientations of such a motion are given without their heading (`path.tangential`); `before` is the
+    one that the robot really has where its path begins at rest.
+    """
+
+    R_base_frame: Floats  # (3, 3)
+    offset: float
+    before: Floats  # (4,)
+
+
 Kinematics = Callable[[Floats], Poses]  # joints (N, n) rad or m → pose of the TCP
 
 
@@ -99,3 +112,4 @@ class Move:
     e_target: Floats | None = None  # (k,)
     z_axis: Floats = field(default_factory=_base_z)  # (3,) +Z of the frame, decides half turns
     corner: Corner = Corner()
+    tangential: Tangential | None = None

@@ -14,7 +14,7 @@ import numpy as np
 
 from viapoint.runtime.core import chosen
 from viapoint.runtime.path.curves import Bezier, Curve, Profile
-from viapoint.runtime.path.moves import Floats, Kinematics, Poses, Space
+from viapoint.runtime.path.moves import Floats, Kinematics, Poses, Space, Tangential
 from viapoint.runtime.path.packing import pack
 from viapoint.runtime.path.travel import EvenTravel, TableTravel, Travel, tabulate, tabulate_nodes
 from viapoint.runtime.path.turns import KeyedTurn, Turn, UniformTurn
@@ -58,6 +58,8 @@ class PoseSegment:
     turn: Turn
     turns_in_place: bool = False  # w is then the angle turned, 1 m per rad
     auxiliary: Profile | None = None  # of the auxiliary axes (k,); None: there are none
+    tangential: Tangential | None = None  # set where the tool keeps to the tangent
+    base: Turn | None = None  # and then the turn without the heading of the path
     space = Space.POSE
 
     @property
