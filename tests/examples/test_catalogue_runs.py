@@ -14,11 +14,12 @@ from viapoint.cli import main
 from viapoint.language.catalogue import CATALOGUE, Entry, Example
 from viapoint.runtime.cell import parse_cell
 from viapoint.runtime.kernel.motion import Mover, Rows
+from viapoint.runtime.kernel.resolver import Resolver
 from viapoint.session import Session, compile_text
 
 PROGRAM_FILES = "E25"
 SCENARIO_FILES = "E29"
-INJECTED = {"E432", "E490"}
+INJECTED = {"E305", "E432", "E490"}
 """Codes that no file raises: a sensor in Python (tests of corrections), and what is broken below."""
 
 
@@ -96,3 +97,14 @@ def test_no_set_point_that_is_no_number_leaves_the_kernel() -> None:
     assert session.failure is not None
     assert (session.failure.code, session.failure.line) == ("E490", 1)
     assert all(np.isfinite(window.joints).all() for window in windows)
+
+
+def test_a_joint_move_that_the_path_does_not_lead_into_is_refused() -> None:
+    cell = parse_cell('[robot]\nmodel = "frigeni6"\n')
+    text = "MJ X=1755 Y=-200 Z=2400 A=0 B=0 C=0 F50\nML Z=2600 F200\nMS Y=200\nMJ Z=2300 F50\n"
+    session = Session(cell, compile_text(text, cell=cell))
+    with patch.object(Resolver, "must_stop_before", return_value=False):
+        for _ in session.run():
+            pass
+    assert session.failure is not None
+    assert (session.failure.code, session.failure.line) == ("E305", 4)

@@ -28,7 +28,7 @@ def abc_to_matrix(abc: npt.ArrayLike) -> Floats:
     """(..., 3) A B C in rad → (..., 3, 3): R = Rz(C)·Ry(B)·Rx(A), fixed axes (F 2-15)."""
     angles = np.asarray(abc, dtype=np.float64)
     c, s = np.cos(angles), np.sin(angles)
-    (cx, cy, cz), (sx, sy, sz) = np.moveaxis(c, -1, 0), np.moveaxis(s, -1, 0)
+    (cx, cy, cz), (sx, sy, sz) = _components(c), _components(s)
     R = np.empty((*angles.shape[:-1], 3, 3))
     R[..., 0, 0] = cz * cy
     R[..., 0, 1] = cz * sy * sx - sz * cx
@@ -40,6 +40,11 @@ def abc_to_matrix(abc: npt.ArrayLike) -> Floats:
     R[..., 2, 1] = cy * sx
     R[..., 2, 2] = cy * cx
     return R
+
+
+def _components(v: Floats) -> tuple[Floats, ...] | list[float]:
+    """The components of (..., k), as numbers where v is one vector: those are quicker."""
+    return v.tolist() if v.ndim == 1 else tuple(np.moveaxis(v, -1, 0))
 
 
 def matrix_to_abc(R: Floats) -> Floats:
@@ -186,5 +191,9 @@ def pose_from_xyzabc(xyz: npt.ArrayLike, abc: npt.ArrayLike) -> Floats:
 
 def invert_pose(X: Floats) -> Floats:
     """(..., 4, 4) X_a_b → X_b_a (F 4-28)."""
+    if X.ndim == 2:
+        inverse, R = np.zeros((4, 4)), X[:3, :3].T
+        inverse[:3, :3], inverse[:3, 3], inverse[3, 3] = R, -(R @ X[:3, 3]), 1.0
+        return inverse
     R_inverse = np.swapaxes(X[..., :3, :3], -1, -2)
     return make_pose(-(R_inverse @ X[..., :3, 3:])[..., 0], R_inverse)

@@ -238,3 +238,44 @@ def test_the_vectors_of_the_free_joints_point_where_the_joints_do() -> None:
         vectors = robot.kinematics.free_vectors(X, q[None], configuration)[0]
         joints = [q[k] for k in robot.kinematics.free_joints]
         np.testing.assert_allclose(np.exp(1j * np.angle(vectors)), np.exp(1j * np.array(joints)), atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_stop_close_by_a_singular_pose_is_led_on_from(seed: int, arm: Arm) -> None:
+    """A nanometre from it, where the next path does not leave by the joints in which this one stops."""
+    print(f"seed {seed}")
+    draw = np.random.default_rng(seed)
+    arrive, leave, aside = (v / np.linalg.norm(v) for v in draw.normal(size=(3, 3)))
+    stop = 1e3 * HOME + 10.0 ** draw.uniform(-7.0, -6.0) * aside
+    first, last = stop - 100.0 * arrive, stop + 60.0 * leave
+    words = [f"X={p[0]:.12f} Y={p[1]:.12f} Z={p[2]:.12f}" for p in (first, stop, last)]
+    done = run(f"MJ {words[0]} A=0 B=0 C=0 F90\nML {words[1]} F200\nWAIT 0\nML {words[2]}\n")
+    assert_good(done)
+    assert_straight(poses(done, arm, 4), 1e-3 * stop, leave)
+    assert np.linalg.norm(arm.flange(done.joints[-1])[:3, 3] - 1e-3 * last) < ON_PATH
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "MJ X=1755 Y=-200 Z=2400 A=0 B=0 C=0 F50\nML Z=2600 F200\nMS Y=200\nMJ Z=2300 F50\n",
+        "MJ X=1782.2 Y=-18.3 Z=2607.6 A=0 B=17.9 C=0 F60\nML X=1842.7 Y=78.3 Z=2585.8 F200 R30\n"
+        "MJ X=1828 Y=43.2 Z=2596.8 A=-3.4 B=-8.6 C=3.3 F50 R51\n"
+        "ML X=1739.5 Y=77.4 Z=2456.4 A=23.6 B=18.9 C=-18.3 F200 R31\nHOME\n",
+        "MJ X=1608.1 Y=-129.3 Z=2425.6 A=7.4 B=9.3 C=5.9 F50\nML X=1634.2 Y=27.8 Z=2453 F200 R58\n"
+        "MJ X=1620.9 Y=56.3 Z=2521.8 A=16.2 B=10.8 C=-13.2 F50 R37\nHOME\n",
+    ],
+    ids=["behind a spline", "behind a round edge", "behind its own round edge"],
+)
+def test_a_joint_move_beside_a_singular_pose_starts_where_the_path_ends(lines: str) -> None:
+    assert_good(run(lines))
+
+
+@pytest.mark.parametrize("r", [18, 40])
+def test_round_edges_on_both_sides_of_a_joint_move_leave_each_other_room(r: int) -> None:
+    """One is measured along the TCP's path, the other in joint space."""
+    done = run(
+        "MJ X=1718 Y=-68 Z=2470 A=-4 B=-12 C=-25 F60\nML X=1635 Y=34 Z=2361 R54 F200\n"
+        f"MJ X=1652 Y=-29 Z=2409 F50 R{r}\nHOME\n"
+    )
+    assert_good(done)

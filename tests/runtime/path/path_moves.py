@@ -112,11 +112,12 @@ def end_derivatives(
 
 
 def local(piece: Piece, reference: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Position and rotation vector relative to a reference orientation, as one function (N,) → (N, 6)."""
+    """Position, rotation vector relative to a reference orientation, auxiliary axes, by w: (N, 6 + k)."""
 
     def values(w: np.ndarray) -> np.ndarray:
         p, q = piece.poses(w)
-        return np.hstack((p, (rotation(q) * rotation(reference).inv()).as_rotvec()))
+        pose = np.hstack((p, (rotation(q) * rotation(reference).inv()).as_rotvec()))
+        return pose if piece.segment.auxiliary is None else np.hstack((pose, piece.auxiliary(w)))
 
     return values
 

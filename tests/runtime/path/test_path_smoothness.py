@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise, product
 
 import numpy as np
@@ -58,6 +59,49 @@ def test_round_edges_between_all_kinds(first: MoveKind, second: MoveKind) -> Non
     # Between a spline and a motion that gives it its tangent, R makes a round edge too.
     assert chain.transitions[0].reason is expected
     assert require_smooth(chain) >= 2
+
+
+@pytest.mark.parametrize(("first", "second"), list(product(MoveKind, MoveKind)))
+def test_auxiliary_axes_are_smooth_over_every_passage(first: MoveKind, second: MoveKind) -> None:
+    """With R; and without, where nothing but their rate jumps."""
+    e = np.array([[0.0, 0.1], [0.2, 0.0], [0.1, -0.3]])
+    moves = [
+        replace(move_between(kind, k + 1, Q[k], Q[k + 1], corner), e_start=e[k], e_target=e[k + 1])
+        for k, (kind, corner) in enumerate(((first, Corner(radius=0.03)), (second, Corner())))
+    ]
+    chain = run(*moves)
+    assert not chain.transitions[0].stop
+    assert all(piece.segment.auxiliary is not None for piece in chain.pieces)
+    assert require_smooth(chain) >= 2
+
+
+def test_turns_in_place_pass_into_each_other() -> None:
+    """About one axis without a stop; about another with one, as they have no tangent in common."""
+    a, b, c, d = (pose(1, 0, 1, *abc) for abc in ((0, 0, 0), (30, 0, 0), (70, 0, 0), (70, 40, 0)))
+    chain = run(line(1, a, b), line(2, b, c), line(3, c, d))
+    assert [t.stop for t in chain.transitions] == [False, True, True]
+    assert require_smooth(chain) >= 1
+    aside = np.array([[0.0], [0.1], [0.05]])
+    first, second = (
+        replace(move, e_start=aside[k], e_target=aside[k + 1])
+        for k, move in enumerate((line(1, a, b), line(2, b, c)))
+    )
+    chain = run(first, second)
+    assert chain.transitions[0].reason is Reason.TOLERANCE
+    assert require_smooth(chain) >= 2
+
+
+@pytest.mark.parametrize("radius", [0.01, 0.1, 1.0])
+def test_a_joint_move_between_edges_of_two_measures(radius: float) -> None:
+    """In m along the TCP's path before it, in joint space after it: they never overlap."""
+    turned = Q[1] + np.array([0.0, 0.02, -0.02, 0.9, 0.1, 0.4])  # the TCP's way is not even in the joints'
+    chain = run(
+        line(1, arm_pose(Q[0]), arm_pose(Q[1]), Corner(radius=radius)),
+        joint(2, Q[1], turned, Corner(radius=radius)),
+        joint(3, turned, Q[0], Corner()),
+    )
+    assert [t.reason for t in chain.transitions[:2]] == [Reason.ROUNDED] * 2
+    assert require_smooth(chain) >= 4
 
 
 def collinear_with_rate_jump() -> list[Move]:

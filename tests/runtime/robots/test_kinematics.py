@@ -151,14 +151,16 @@ def test_path_through_a_singular_stretch_keeps_the_free_joint(frigeni6: Robot) -
     start = np.radians([10.0, 5, -5, 40, 0, 10])
     q = np.repeat(start[None], 400, axis=0)
     q[:, 5] += np.linspace(0, 15, 400)
-    found, reachable = frigeni6.ik_path(frigeni6.fk(q), 0, start)
+    found, reachable, free = frigeni6.ik_path(frigeni6.fk(q), 0, start)
+    assert free
     assert reachable.all()
     np.testing.assert_allclose(found, q, atol=1e-9)
 
 
 def test_path_is_continuous_over_turns(frigeni6: Robot) -> None:
     q = np.linspace(np.radians([-170, 5, -5, 300, 30, -300]), np.radians([170, 5, -15, -300, 40, 300]), 2000)
-    found, _ = frigeni6.ik_path(frigeni6.fk(q), 0, q[0])
+    found, _, free = frigeni6.ik_path(frigeni6.fk(q), 0, q[0])
+    assert not free
     np.testing.assert_allclose(found, q, atol=1e-9)
 
 

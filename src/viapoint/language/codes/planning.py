@@ -64,9 +64,9 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "path does not lead into the joint move",
         """A path motion passes smoothly into a joint move, and on its way it goes around a singular pose on
         the other side than the motion as programmed, without its round edges and its neighbours, would. J4
-        and J6 then arrive turned by 360 deg against where the joint move sets out. Let the robot stop in
-        between, with WAIT 0.""",
-        "MJ X=1755 Y=-200 Z=2400 A=0 B=0 C=0 F50\nML Z=2600 F200\nMS Y=200\nMJ Z=2300 F50\n",
+        and J6 then arrive turned against where the joint move sets out. Where that is possible the robot
+        stops before the joint move, and no program is known in which that is not enough: please report one.
+        Let the robot stop in between, with WAIT 0.""",
     ),
     entry(
         "E306",

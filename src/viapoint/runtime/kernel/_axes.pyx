@@ -1,9 +1,9 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Compiled arithmetic of the path's axis functions: the twin is `chebyshev`."""
+"""Compiled arithmetic of the path's axis functions and their speeds: the twins are `chebyshev` and `speeds`."""
 
 import numpy as np
 
-from libc.math cimport fabs
+from libc.math cimport INFINITY, fabs, isfinite
 
 from viapoint.runtime.kernel import chebyshev as _twin
 
@@ -88,8 +88,10 @@ def evaluate(
     const double[:, :, :, ::1] table,
     const double[::1] s,
     tuple orders,
+    Py_ssize_t first,
+    Py_ssize_t last,
 ):
-    """Derivatives of the asked orders at s (N,), each (N, m)."""
+    """Derivatives of the asked orders at s (N,), of the columns from `first` to before `last`."""
     cdef Py_ssize_t row, count = s.shape[0], axes = table.shape[3], cell = 0, k
     cdef double basis[NODES]
     cdef double x
@@ -106,24 +108,38 @@ def evaluate(
         for k in range(2, NODES):
             bases[row, k] = 2.0 * x * bases[row, k - 1] - bases[row, k - 2]
     for order in orders:
-        result = np.empty((count, axes))
+        result = np.empty((count, last - first))
         values = result
         for row in range(count):
-            _sum(&bases[row, 0], &table[cells[row], order, 0, 0], &values[row, 0], axes)
+            _sums(&bases[row, 0], &table[cells[row], order, 0, first], axes, last - first, &values[row, 0])
         results.append(result)
     return results
 
 
-cdef inline void _sum(const double *basis, const double *coeffs, double *values, Py_ssize_t axes) noexcept nogil:
-    cdef Py_ssize_t k, j
-    cdef double factor
-    for j in range(axes):
-        values[j] = coeffs[j]
-    for k in range(1, NODES):
-        factor = basis[k]
-        coeffs += axes
-        for j in range(axes):
-            values[j] += factor * coeffs[j]
+cdef inline void _sums(
+    const double *basis, const double *coeffs, Py_ssize_t axes, Py_ssize_t columns, double *values
+) noexcept nogil:
+    """Polynomials times the coefficients (D+1, axes) of so many columns; four at a time, in registers."""
+    cdef Py_ssize_t k, j = 0
+    cdef double a, b, c, d
+    cdef const double *row
+    while j + 4 <= columns:
+        row = coeffs + j
+        a, b, c, d = row[0], row[1], row[2], row[3]
+        for k in range(1, NODES):
+            row += axes
+            a += basis[k] * row[0]
+            b += basis[k] * row[1]
+            c += basis[k] * row[2]
+            d += basis[k] * row[3]
+        values[j], values[j + 1], values[j + 2], values[j + 3] = a, b, c, d
+        j += 4
+    while j < columns:
+        a = coeffs[j]
+        for k in range(1, NODES):
+            a += basis[k] * coeffs[k * axes + j]
+        values[j] = a
+        j += 1
 
 
 cdef inline Py_ssize_t _cell(const double[::1] starts, double s, Py_ssize_t near) noexcept nogil:
@@ -139,3 +155,25 @@ cdef inline Py_ssize_t _cell(const double[::1] starts, double s, Py_ssize_t near
         else:
             high = middle
     return max(low - 1, 0)
+
+
+def rate_bounds(const double[:, ::1] rules, const long[::1] which, const double[:, :] rates, double still):
+    """Bounds (N,) on the path parameter's rate by the rules (R, 6) of each place, at TCP rates (N, 2)."""
+    cdef Py_ssize_t row
+    cdef const double *rule
+    cdef double bound
+    result = np.empty(which.shape[0])
+    cdef double[::1] bounds = result
+    for row in range(which.shape[0]):
+        rule = &rules[which[row], 0]
+        bound = min(_slowest(rule + 1, rates[row, 0], rates[row, 1], still), rule[0])
+        if not isfinite(bound):
+            bound = min(_slowest(rule + 4, rates[row, 0], rates[row, 1], still), rule[3])
+        bounds[row] = bound
+    return result
+
+
+cdef inline double _slowest(const double *speeds, double linear, double angular, double still) noexcept nogil:
+    cdef double first = speeds[0] / linear if linear > still else INFINITY
+    cdef double second = speeds[1] / angular if angular > still else INFINITY
+    return min(first, second)

@@ -144,7 +144,7 @@ class AxisPath:
 
     def derivatives(self, s: Floats) -> tuple[Floats, Floats, Floats]:
         """First, second and third derivatives of the limited axes, each (N, n + k + 2)."""
-        first, second, third = (d[:, :-2] for d in self._cells.evaluate(s, (1, 2, 3)))
+        first, second, third = self._cells.evaluate(s, (1, 2, 3), (0, self.driven + 2))
         return first, second, third
 
     def everything(self, s: Floats) -> Floats:
@@ -155,7 +155,7 @@ class AxisPath:
 
     def rates(self, s: Floats) -> Floats:
         """TCP length and angle per path parameter, (N, 2)."""
-        return self._cells.evaluate(s, (1,))[0][:, -2:]
+        return self._cells.evaluate(s, (1,), (self.driven + 2, self.driven + 4))[0]
 
     def forget(self, s: float) -> None:
         """Drop what lies wholly before s: the robot will not come back there."""

@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 
 from viapoint.runtime.core import chosen
+from viapoint.runtime.kernel.growing import GrowingRows
 from viapoint.runtime.records import Floats, Ints
 
 DEGREE: Final = 11
@@ -31,8 +32,6 @@ _CORE: Final = "kernel._axes"
 
 _ORDERS: Final = 4
 """A function and the derivatives that the time law asks for."""
-
-_FIRST_CAPACITY: Final = 64
 
 
 def _lobatto(degree: int) -> Floats:
@@ -119,39 +118,12 @@ def residual(coeffs: Floats) -> Floats:
     return tail
 
 
-class _Rows:
-    """Rows of an array that grow at the end and go at the start, both in amortised constant time."""
-
-    def __init__(self, *shape: int) -> None:
-        self._array = np.empty((_FIRST_CAPACITY, *shape))
-        self._first = self._end = 0
-
-    @property
-    def rows(self) -> Floats:
-        """The rows there are; a view."""
-        return self._array[self._first : self._end]
-
-    def append(self, rows: Floats) -> None:
-        """Add rows at the end."""
-        if self._end + len(rows) > len(self._array):
-            kept = self.rows
-            grown = np.empty((2 * (len(kept) + len(rows)), *kept.shape[1:]))
-            grown[: len(kept)] = kept
-            self._array, self._first, self._end = grown, 0, len(kept)
-        self._array[self._end : self._end + len(rows)] = rows
-        self._end += len(rows)
-
-    def drop(self, count: int) -> None:
-        """Drop rows at the start."""
-        self._first += count
-
-
 class Cells:
     """A function R → R^m on consecutive cells; grows at the end, may be forgotten from the start."""
 
     def __init__(self, axes: int) -> None:
-        self._starts, self._widths = _Rows(), _Rows()
-        self._table = _Rows(_ORDERS, DEGREE + 1, axes)
+        self._starts, self._widths = GrowingRows(), GrowingRows()
+        self._table = GrowingRows(_ORDERS, DEGREE + 1, axes)
 
     def append(self, starts: Floats, widths: Floats, coeffs: Floats) -> None:
         """Add cells at the end: starts (C,), widths (C,), coefficients (C, D+1, m)."""
@@ -165,15 +137,20 @@ class Cells:
         for rows in (self._starts, self._widths, self._table):
             rows.drop(count)
 
-    def evaluate(self, s: Floats, orders: tuple[int, ...] = (0,)) -> list[Floats]:
-        """Derivatives of the asked orders (0 … 3) at s (N,), each (N, m)."""
+    def evaluate(
+        self, s: Floats, orders: tuple[int, ...] = (0,), columns: tuple[int, int] | None = None
+    ) -> list[Floats]:
+        """Derivatives of the asked orders (0 … 3) at s (N,), each (N, m), or of columns from … to before."""
         starts, widths, table = self._starts.rows, self._widths.rows, self._table.rows
+        first, last = columns or (0, table.shape[-1])
         if (core := chosen(_CORE)) is not None:
-            found: list[Floats] = core.evaluate(starts, widths, table, np.ascontiguousarray(s), orders)
+            found: list[Floats] = core.evaluate(
+                starts, widths, table, np.ascontiguousarray(s), orders, first, last
+            )
             return found
         cell = np.minimum(np.maximum(np.searchsorted(starts, s, side="right") - 1, 0), len(starts) - 1)
         x = np.minimum(np.maximum(2.0 * (s - starts[cell]) / widths[cell] - 1.0, -1.0), 1.0)
-        return _sums(_polynomials(x), [table[:, order] for order in orders], cell)
+        return _sums(_polynomials(x), [table[:, order, :, first:last] for order in orders], cell)
 
 
 def _sums(basis: Floats, tables: list[Floats], cell: Ints) -> list[Floats]:

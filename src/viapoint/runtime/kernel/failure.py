@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from viapoint.runtime.records import Floats
+
 
 class MotionError(Exception):
     """Something that stops a run: `code` of the catalogue, `message`, `line` of the program (0: none)."""
@@ -23,11 +25,17 @@ class OutOfReach(PlanningError):
 
 
 class JointJump(PlanningError):
-    """The joints cannot follow a stretch of path within one configuration: it breaks off at `place`, m."""
+    """The joints cannot follow a stretch of path within one configuration: it breaks off at `place`, m.
 
-    def __init__(self, code: str, message: str, line: int, hint: str | None, place: float) -> None:
+    Where it does not join the path before it, `joints` (n,) are those in which it begins.
+    """
+
+    def __init__(
+        self, code: str, message: str, line: int, hint: str | None, place: float, joints: Floats | None = None
+    ) -> None:
         super().__init__(code, message, line, hint)
         self.place = place
+        self.joints = joints
 
 
 class ExecutionError(MotionError):

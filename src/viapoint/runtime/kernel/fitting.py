@@ -161,8 +161,8 @@ def _require_hope(
     raise joint_jump(stretch, float(w[0]))
 
 
-def joint_jump(stretch: Stretch, w: float) -> PlanningError:
-    """The failure of joints that cannot follow a stretch from w on."""
+def joint_jump(stretch: Stretch, w: float, joints: Floats | None = None) -> PlanningError:
+    """The failure of joints that cannot follow a stretch from w on; `joints` (n,) are those it begins in."""
     where = "at its start" if w <= 0.0 else f"after {w * 1e3:.1f} mm"
     if stretch.curve.space is Space.JOINT:
         return PlanningError(
@@ -178,4 +178,5 @@ def joint_jump(stretch: Stretch, w: float) -> PlanningError:
         stretch.line,
         "go through the singular pose with MJ, or move the path away from it",
         w,
+        joints,
     )

@@ -88,8 +88,10 @@ class Joiner:
         jump = self._jump(ends[:, :n], gaps, turned, steady)
         good, fault = len(owner), None
         if jump is not None:
-            place = 0.0 if heads[jump] else fitted.place(jump, 0)
-            good, fault = jump, joint_jump(stretches[owner[jump]], place)
+            place, joints = (
+                (0.0, first[jump, :n] + shifts[jump, :n]) if heads[jump] else (fitted.place(jump, 0), None)
+            )
+            good, fault = jump, joint_jump(stretches[owner[jump]], place, joints)
         outside = self._outside(fitted.values[:good], shifts[:good])
         if outside is not None:
             good, fault = outside[0], self._range_fault(stretches[owner[outside[0]]], fitted, shifts, outside)

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from viapoint.runtime.kernel.axispath import AxisPath
-from viapoint.runtime.kernel.failure import PlanningError
+from viapoint.runtime.kernel.failure import JointJump, PlanningError
 from viapoint.runtime.kernel.spans import divide
 from viapoint.runtime.kernel.stretch import FlangePath, Stretch
 from viapoint.runtime.path import Poses
@@ -20,8 +20,8 @@ from viapoint.runtime.records import Floats
 from viapoint.runtime.robots import Robot
 from viapoint.runtime.rotations import matrix_to_quaternion
 
-_SAMPLES: Final = 17
-"""On a path move whose joints turn little; others are followed as finely as it takes."""
+_SHARES: Final = np.linspace(0.0, 1.0, 17)
+"""Samples on a path move whose joints turn little; others are followed as finely as it takes."""
 
 _LARGEST_STEP: Final = 0.5
 """rad between samples; more, and a turn could be misread."""
@@ -29,6 +29,12 @@ _LARGEST_STEP: Final = 0.5
 _TIE: Final = 1e-9
 """Distances closer than this are a tie: among solutions of an MJ the start decides, among the branches that
 leave a singular pose the order of the configurations."""
+
+HELD_TURN: Final = 1e-9
+"""rad. Free joints that must turn by more than this before the TCP can leave a singular pose do so first."""
+
+_HELD_POSE: Final = 1e-9
+"""m and rad by which the pose may differ in which joints turn: as far as a path may be off."""
 
 _SAME_ARM: Final = 1e-6
 """rad. Branches that meet in a singular pose have the same joints there but for rounding."""
@@ -42,19 +48,22 @@ def motion_target(
     if not solutions:
         raise _no_solution(robot, X_base_flange, line)
     named = ~np.isnan(references)
+    if not named.any():
+        return solutions[0].joints  # they come sorted by distance to the start
     weights = np.where(named, 1.0 / robot.limits.speed, 0.0)
     distances = [
         float(np.linalg.norm((s.joints - np.where(named, references, 0.0)) * weights)) for s in solutions
     ]
     best = min(distances)
-    # solutions come sorted by distance to the start, so the first of the tied ones is the nearest
+    # the first of the tied ones is the nearest to the start
     return next(s.joints for s, d in zip(solutions, distances, strict=True) if d <= best + _TIE)
 
 
 class PathEnd(NamedTuple):
     """Where a path move ends: joints (n,), flange pose (4, 4); the configuration in which it leaves.
 
-    `sure` if joints turn so little on the way that rounding the path cannot change them at its end.
+    `sure` if the way stays so far from singular poses that rounding the path cannot change the joints at its
+    end by a turn.
     """
 
     q: Floats
@@ -63,17 +72,39 @@ class PathEnd(NamedTuple):
     sure: bool
 
 
-def end_joints(robot: Robot, stretch: Stretch, q_start: Floats) -> PathEnd:
-    """The end of a path move from q_start, followed continuously. Raises PlanningError where that fails."""
-    configuration, q_leaving = leaving_singular(robot, stretch, q_start)
-    X = stretch.flange_poses(np.linspace(0.0, stretch.length, _SAMPLES))
-    q, reachable = robot.ik_path(X, configuration, q_leaving)
-    smooth = reachable.all() and np.abs(np.diff(q, axis=0)).max() < _LARGEST_STEP
-    if smooth and not robot.kinematics.free_joint(X, q).any():
-        return PathEnd(q[-1], X[-1], configuration, sure=True)
+def end_joints(robot: Robot, stretch: Stretch, q_start: Floats, margin: float) -> PathEnd:
+    """The end of a path move from q_start, followed continuously. Raises PlanningError where that fails.
+
+    `margin`, m, is how far the path as rounded may be from this one.
+    """
+    X = stretch.flange_poses(stretch.length * _SHARES)
+    configuration, q_leaving = leaving_singular(robot, stretch, q_start, X_start=X[:1])
+    q, reachable, free = robot.ik_path(X, configuration, q_leaving)
+    if reachable.all() and not free and np.abs(q[1:] - q[:-1]).max() < _LARGEST_STEP:
+        sure = float(robot.kinematics.clearance(q).min()) > margin
+        return PathEnd(q[-1], X[-1], configuration, sure)
     axes = AxisPath(robot, q_leaving)
-    axes.follow(stretch, configuration, (True, True))
+    try:
+        axes.follow(stretch, configuration, (True, True))
+    except JointJump as jump:
+        turned = held_turn(robot, q_leaving, jump)
+        if turned is None:
+            raise
+        axes = AxisPath(robot, turned)
+        axes.follow(stretch, configuration, (True, True))
     return PathEnd(axes.q_end, X[-1], configuration, sure=False)
+
+
+def held_turn(robot: Robot, q: Floats, jump: JointJump) -> Floats | None:
+    """Joints (n,) to which the robot turns from q with the TCP held to go on; None: there are none.
+
+    A pose may be so near to a singular one that the path stops in it by its real joints and leaves it as if
+    it was singular.
+    """
+    if jump.place > 0.0 or jump.joints is None or np.abs(jump.joints - q).max() <= HELD_TURN:
+        return None
+    before, after = robot.fk(np.stack((q, jump.joints)))
+    return jump.joints if np.abs(before - after).max() <= _HELD_POSE else None
 
 
 def tcp_kinematics(robot: Robot, X_flange_tool: Floats) -> Callable[[Floats], Poses]:
@@ -87,16 +118,20 @@ def tcp_kinematics(robot: Robot, X_flange_tool: Floats) -> Callable[[Floats], Po
 
 
 def leaving_singular(
-    robot: Robot, path: FlangePath, q_start: Floats, preferred: int | None = None
+    robot: Robot,
+    path: FlangePath,
+    q_start: Floats,
+    preferred: int | None = None,
+    X_start: Floats | None = None,
 ) -> tuple[int, Floats]:
     """Configuration in which a path is followed from q_start (n,), and the joints (n,) it starts in.
 
     Away from singularities that is q_start itself. In a singular pose the path prescribes where its free
     joints must point: of the branches that leave along it, the one nearest in joint motion is taken, or that
-    of the `preferred` configuration if it is among them.
+    of the `preferred` configuration if it is among them. `X_start` (1, 4, 4) spares finding the flange there.
     """
     w = np.zeros(1)
-    X = path.flange_poses(w)
+    X = path.flange_poses(w) if X_start is None else X_start
     if not robot.kinematics.free_joint(X, q_start[None])[0]:
         return int(robot.configuration(q_start)), q_start
     best: tuple[float, int, Floats] | None = None

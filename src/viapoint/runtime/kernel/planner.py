@@ -227,7 +227,7 @@ class Planner:
         self._lines[tag] = motion.line
         self._open = self._last = tag
         with self._named(tag):
-            self._chain.push(move)
+            self._chain.push(move, resolved.segment)
 
     @contextmanager
     def _named(self, tag: int) -> Iterator[None]:

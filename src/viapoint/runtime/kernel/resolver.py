@@ -25,6 +25,7 @@ from viapoint.runtime.path import (
     MoveKind,
     Piece,
     Pose,
+    Segment,
     Tangential,
     auxiliary_alone,
     end_pose,
@@ -49,6 +50,16 @@ _KINDS: Final = {
     MotionKind.JOINT: MoveKind.JOINT,
     MotionKind.HOME: MoveKind.JOINT,
 }
+_SHARES: Final = np.linspace(0.0, 1.0, 25)
+"""Samples on a joint move whose ends are looked at."""
+
+_EDGE_REACH: Final = 1.5
+"""Round edges are looked for singular poses over so many R."""
+
+_SPLINE_SWING: Final = 0.3
+"""Share of its chord by which a spline may swing out: its inner control points lie a third of it from its
+ends in any direction, and have at most 4/9 of the weight each."""
+
 _POSITION: Final = ("X", "Y", "Z")
 _ROTATION: Final = ("A", "B", "C")
 _SAME: Final = 9
@@ -93,6 +104,8 @@ class Resolved:
     end: Stand
     configuration: int | None = None
     """In which a path move leaves; the path as it will be rounded must not choose another."""
+    segment: Segment | None = None
+    """The move's geometry, where it has been made and needs no neighbours."""
 
 
 class Resolver:
@@ -107,6 +120,9 @@ class Resolver:
         self.offset: float | None = None
         """rad between tool and heading while the tool is tangential; None: it is not."""
         self._joint_before = False
+        self._inverse = (np.eye(4), np.eye(4))  # the last tool and X_tool_flange
+        self._edge_before = 0.0  # R of the last motion, mm
+        self._doubtful_end = False  # of a joint move, if a path motion follows
         self._sure = True  # that the joints are those in which the path as rounded will end
 
     def resolve(self, motion: Motion, tag: int) -> Resolved:
@@ -120,6 +136,7 @@ class Resolver:
         except GeometryError as error:
             raise PlanningError(error.code, error.message, motion.line) from None
         self.stand = resolved.end
+        self._edge_before = motion.round_edge or 0.0
         self._joint_before = resolved.move.kind is MoveKind.JOINT
         return resolved
 
@@ -159,17 +176,25 @@ class Resolver:
 
         Where a joint move has ended in a singular pose the free joints must turn first: no round edge can
         lead out of a joint move along which a joint stays free. A joint move behind a path beside a singular
-        pose starts from joints that are not sure before the path is rounded. A tangential tool is aligned at
-        rest behind a joint move, and its joints are known at rest only.
+        pose, or with a round edge beside one, starts from joints that are not sure until it is rounded. A
+        tangential tool is aligned at rest behind a joint move, and its joints are known at rest only.
         """
         if _KINDS[motion.kind] is MoveKind.JOINT:
-            return not self._sure
+            return not self._sure or (not self._joint_before and self._begins_in_doubt(motion))
         if not self._joint_before:
             return False
         if self.offset is not None:
             return True
         stand = self.stand
         return bool(self.robot.kinematics.free_joint(stand.X_base_flange[None], stand.q[None])[0])
+
+    def _begins_in_doubt(self, motion: Motion) -> bool:
+        """Whether the round edge into a joint move may pass a singular pose on either side."""
+        if self._edge_before == 0.0:
+            return False
+        e = self._auxiliary_target(motion)
+        q_target = self._joint_target(motion, self.tool(motion.tool, motion.line), e)
+        return self._edge_in_doubt(q_target, self._edge_before, 0)
 
     def tool(self, index: int, line: int) -> Floats:
         """X_flange_tool (4, 4) of a tool of the cell. Raises PlanningError."""
@@ -178,11 +203,18 @@ class Resolver:
             raise PlanningError("E313", f"tool T{index} is not defined in the cell", line)
         return tool.X_flange_tool
 
+    def _from_tool(self, X_flange_tool: Floats) -> Floats:
+        """X_tool_flange (4, 4)."""
+        if self._inverse[0] is not X_flange_tool:
+            self._inverse = X_flange_tool, invert_pose(X_flange_tool)
+        return self._inverse[1]
+
     def _joint_move(self, motion: Motion, tag: int, X_flange_tool: Floats) -> Resolved:
         e = self._auxiliary_target(motion)
         q_target = self._joint_target(motion, X_flange_tool, e)
         end = Stand(q_target, self.robot.fk(q_target), e)
         move = self._joint_line(motion, tag, X_flange_tool, end)
+        self._doubtful_end = self._edge_in_doubt(q_target, motion.round_edge or 0.0, -1)
         rule = UNBOUND if auxiliary_alone(move) else speed_rule(motion, self.cell)
         return Resolved(move, rule, X_flange_tool, end)
 
@@ -210,12 +242,13 @@ class Resolver:
         elif target.point is None and not target.coordinates:
             q = self._with_joints(self.stand.q, motion)
         else:
-            X = self._target_pose(target, motion, X_flange_tool, e) @ invert_pose(X_flange_tool)
+            X = self._target_pose(target, motion, X_flange_tool, e) @ self._from_tool(X_flange_tool)
             return motion_target(self.robot, X, self.stand.q, self._references(motion), motion.line)
         self._check_range(q, motion)
         return q
 
     def _path_move(self, motion: Motion, tag: int, X_flange_tool: Floats) -> Resolved:
+        self._sure &= not (self._joint_before and self._doubtful_end)
         e = self._auxiliary_target(motion)
         start = self.stand.X_base_flange @ X_flange_tool
         target = self._target_pose(motion.target, motion, X_flange_tool, e)
@@ -239,14 +272,33 @@ class Resolver:
         end, configuration = replace(self.stand, e=e), None
         if (segment := programmed(move)) is not None:
             piece = Piece(segment, 0.0, segment.length, tag, ends=True, stop=True)
-            path = Stretch(piece, invert_pose(X_flange_tool), motion.line, PathLimits.APPLY)
-            reached = end_joints(self.robot, path, self.stand.q)
+            path = Stretch(piece, self._from_tool(X_flange_tool), motion.line, PathLimits.APPLY)
+            reached = end_joints(self.robot, path, self.stand.q, self._margin(motion, move))
             self._sure &= reached.sure
             end, configuration = Stand(reached.q, reached.X_base_flange, e), reached.configuration
         move = self._with_auxiliary(move, e)
         if auxiliary_alone(move):
             return Resolved(self._joint_line(motion, tag, X_flange_tool, end), UNBOUND, X_flange_tool, end)
-        return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end, configuration)
+        known = segment if move.e_start is None and move.kind is not MoveKind.SPLINE else None
+        return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end, configuration, known)
+
+    def _edge_in_doubt(self, q_target: Floats, edge: float, end: int) -> bool:
+        """Whether a round edge of `edge` mm between a joint move (its end 0 or −1) and a path motion may pass
+        a singular pose on another side than the motions as programmed.
+        """
+        if edge == 0.0:
+            return False
+        q = self.stand.q + _SHARES[:, None] * (q_target - self.stand.q)
+        position = self.robot.fk(q)[:, :3, 3]
+        near = np.linalg.norm(position - position[end], axis=1) <= _EDGE_REACH * edge * MM
+        return bool(self.robot.kinematics.clearance(q[near]).min() <= _EDGE_REACH * edge * MM)
+
+    def _margin(self, motion: Motion, move: Move) -> float:
+        """How far, m, the path may be rounded away from the motion as programmed."""
+        edges = max(motion.round_edge or 0.0, self._edge_before) * MM + self.cell.path_tolerance
+        if move.kind is not MoveKind.SPLINE:
+            return edges
+        return edges + _SPLINE_SWING * float(np.linalg.norm(move.target.position - move.start.position))
 
     def _tangential(self, motion: Motion, programmed: Move, e: Floats, X_flange_tool: Floats) -> Resolved:
         """A path motion whose tool keeps to the tangent: in which joints it ends is known when it is laid."""

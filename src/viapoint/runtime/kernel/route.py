@@ -16,7 +16,8 @@ import numpy as np
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.axispath import AxisPath
 from viapoint.runtime.kernel.failure import JointJump, OutOfReach, PlanningError
-from viapoint.runtime.kernel.joints import leaving_singular, tcp_kinematics
+from viapoint.runtime.kernel.growing import GrowingRows
+from viapoint.runtime.kernel.joints import HELD_TURN, held_turn, leaving_singular, tcp_kinematics
 from viapoint.runtime.kernel.resolver import Resolved
 from viapoint.runtime.kernel.sampling import NearSingular
 from viapoint.runtime.kernel.spans import Division
@@ -31,8 +32,8 @@ _GRID: Final = 33
 _NARROWING: Final = 8
 """Places looked at, and how often between two of them: some 1e-12 of the way is left."""
 
-_HELD_TURN: Final = 1e-9
-"""rad. Free joints that must turn by more than this before the TCP can leave a singular pose do so first."""
+_ATTEMPTS: Final = 2
+"""To lead on from a singular pose: after a stop, and after the free joints have turned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +70,8 @@ class Route:
         self._floor = 0.0  # no way leads back behind it
         self._configuration: int | None = None
         self._bounds_at: list[float] = []
-        self._rules: list[tuple[float, ...]] = []
-        self._joint_space: list[bool] = []
+        self._rules = GrowingRows(len(SpeedRule._fields))  # beside `_bounds_at`
+        self._fastest: list[float] = []  # the speed programmed there, in its motion's measure
         self._frames: list[int] = []
 
     @property
@@ -203,10 +204,8 @@ class Route:
         """Programmed bound (N,) on the rate of s."""
         first = max(0, bisect.bisect_right(self._bounds_at, float(s.min())) - 1)
         last = max(first + 1, bisect.bisect_right(self._bounds_at, float(s.max())))
-        k = np.searchsorted(np.asarray(self._bounds_at[first + 1 : last]), s, side="right")
-        rules = np.asarray(self._rules[first:last])[k]
-        joint_space = np.asarray(self._joint_space[first:last])[k]
-        return rate_bounds(rules, joint_space, self.axes.rates(s))
+        which = np.searchsorted(np.asarray(self._bounds_at[first + 1 : last]), s, side="right")
+        return rate_bounds(self._rules.rows[first:last], which, self.axes.rates(s))
 
     def frames(self, s: Floats) -> Ints:
         """Frame (N,) of the motion at each s (N,); 0 where there is no path yet."""
@@ -218,14 +217,14 @@ class Route:
     def fastest(self, s: float, pieces: int) -> float:
         """The largest speed programmed on so many pieces from s on, in each motion's measure; inf: none."""
         first = max(0, bisect.bisect_right(self._bounds_at, s) - 1)
-        ahead = zip(self._rules[first : first + pieces], self._joint_space[first:], strict=False)
-        return max((rule[0] if joint else rule[4] for rule, joint in ahead), default=np.inf)
+        return max(self._fastest[first : first + pieces], default=np.inf)
 
     def forget(self, s: float, tag: int) -> None:
         """Drop what lies before s and the motions before `tag`: the robot will not come back there."""
         self.axes.forget(s)
         k = max(0, bisect.bisect_right(self._bounds_at, s) - 1)
-        del self._bounds_at[:k], self._rules[:k], self._joint_space[:k]
+        self._rules.drop(k)
+        del self._bounds_at[:k], self._fastest[:k], self._frames[:k]
         del self.ends[: bisect.bisect_left(self.ends, s)]
         del self.stops[: max(0, bisect.bisect_right(self.stops, s) - 1)]
         for old in [t for t in self._motions if t < tag]:
@@ -273,22 +272,32 @@ class Route:
         posed = stretch.curve.space is Space.POSE
         if posed and self._configuration is None:
             self._configuration = self._enter(stretch, motion)
-        start = self.end
-        try:
-            division = self._divided(stretch)
-        except JointJump as jump:
-            if jump.place > 0.0 or self.end <= self.stops[-1]:
-                raise
-            self.stop_here()
-            self._configuration = self._enter(stretch, motion)
-            start = self.end
-            division = self._divided(stretch)
+        start, division = self._led_on(stretch, motion)
         self._note(start, motion, stretch)
         if division.stop_before and start > self.stops[-1]:
             self.stops.append(start)
         self._configuration = division.configuration if posed else None
         if division.stop_after:
             self.stop_here()
+
+    def _led_on(self, stretch: Stretch, motion: _Planned) -> tuple[float, Division]:
+        """One piece put onto the end, and s where it begins: behind a stop, or a turn, if it takes one."""
+        for _ in range(_ATTEMPTS):
+            start = self.end
+            try:
+                return start, self._divided(stretch)
+            except JointJump as jump:
+                if jump.place > 0.0:
+                    raise
+                if start > self.stops[-1]:
+                    self.stop_here()
+                    self._configuration = self._enter(stretch, motion)
+                    continue
+                q = self.axes.q_end
+                if (turned := held_turn(self._robot, q, jump)) is None:
+                    raise
+                self._turn_in_place(motion, q, turned)
+        return self.end, self._divided(stretch)
 
     def _divided(self, stretch: Stretch) -> Division:
         rest = self.end <= self.stops[-1], stretch.curve.stop
@@ -314,15 +323,16 @@ class Route:
 
     def _bound(self, s: float, motion: _Planned, *, joint_space: bool) -> None:
         self._bounds_at.append(s)
-        self._rules.append(tuple(motion.resolved.rule))
-        self._joint_space.append(joint_space)
+        rule = motion.resolved.rule
+        self._rules.append(np.array([rule.on(joint_space=joint_space)]))
+        self._fastest.append(rule.joint if joint_space else rule.fallback_linear)
         self._frames.append(motion.frame)
 
     def _enter(self, stretch: Stretch, motion: _Planned) -> int:
         """The configuration a path motion starts in; free joints of a singular pose are turned first."""
         q = self.axes.q_end
         configuration, q_leaving = leaving_singular(self._robot, stretch, q, motion.resolved.configuration)
-        if np.abs(q_leaving - q).max() > _HELD_TURN:
+        if np.abs(q_leaving - q).max() > HELD_TURN:
             self.stop_here()
             self._turn_in_place(motion, q, q_leaving)
         return configuration

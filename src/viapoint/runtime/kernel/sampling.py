@@ -16,7 +16,7 @@ from viapoint.runtime.kernel.chebyshev import NODES, integrals
 from viapoint.runtime.kernel.failure import OutOfReach
 from viapoint.runtime.kernel.spans import Span
 from viapoint.runtime.kernel.stretch import PathLimits, Stretch, flange_poses
-from viapoint.runtime.path import PoseSegment, Space, sample_segments
+from viapoint.runtime.path import PoseSegment, Space, cross, sample_segments
 from viapoint.runtime.records import Bools, Floats
 from viapoint.runtime.robots import Robot
 from viapoint.runtime.rotations import invert_pose
@@ -109,8 +109,8 @@ def _given(robot: Robot, groups: Sequence[_Group], reference: Floats, q: Floats,
     speeds = np.concatenate([group.stretch.curve.joint_rates(group.w) for group in given])
     twist = (robot.jacobian(joints) @ speeds[:, :, None])[:, :, 0]
     lever = robot.fk(joints)[:, :3, :3] @ invert_pose(given[0].stretch.X_tool_flange)[:3, 3]
-    linear = twist[:, :3] + np.cross(twist[:, 3:], lever)
-    sizes = np.sqrt(np.stack(((linear * linear).sum(axis=1), (twist[:, 3:] ** 2).sum(axis=1)), axis=1))
+    twist[:, :3] += cross(twist[:, 3:], lever)
+    sizes = np.sqrt((twist * twist).reshape(-1, 2, 3).sum(axis=2))
     first = 0
     for group in given:
         last = first + len(group.w)

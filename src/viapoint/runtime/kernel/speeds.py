@@ -8,7 +8,8 @@ import numpy as np
 
 from viapoint.language.units import DEG, MM
 from viapoint.runtime.cell import Cell
-from viapoint.runtime.records import Bools, Floats
+from viapoint.runtime.core import chosen
+from viapoint.runtime.records import Floats, Ints
 from viapoint.vm.ports import Motion, MotionKind, Speed, SpeedKind
 
 _STILL: Final = 1e-9
@@ -29,19 +30,28 @@ class SpeedRule(NamedTuple):
     fallback_linear: float
     fallback_angular: float
 
+    def on(self, *, joint_space: bool) -> SpeedRule:
+        """The rule on a piece of path: what does not bound it is inf."""
+        if joint_space:
+            return self._replace(fallback_linear=np.inf, fallback_angular=np.inf)
+        return self._replace(joint=np.inf, fallback_joint=np.inf)
+
 
 UNBOUND: Final = SpeedRule(*([np.inf] * 6))
 """Of a motion in which auxiliary axes move alone: their own limits decide."""
 
 
-def rate_bounds(rules: Floats, joint_space: Bools, rates: Floats) -> Floats:
+def rate_bounds(rules: Floats, which: Ints, rates: Floats) -> Floats:
     """Bounds (N,) on the path parameter's rate.
 
-    `rules` (N, 6) are the fields of each place's SpeedRule, `joint_space` (N,) marks joint moves, and
-    `rates` (N, 2) are TCP length and angle per path parameter.
+    `rules` (R, 6) are fields of `SpeedRule.on`, `which` (N,) says whose each place is, and `rates` (N, 2) are
+    TCP length and angle per path parameter.
     """
-    bound = np.minimum(_per_rate(rules[:, 1:3], rates), np.where(joint_space, rules[:, 0], np.inf))
-    fallback = np.where(joint_space, rules[:, 3], _per_rate(rules[:, 4:6], rates))
+    if (core := chosen("kernel._axes")) is not None:
+        return np.asarray(core.rate_bounds(rules, which, rates, _STILL))
+    rule = rules[which]
+    bound = np.minimum(_per_rate(rule[:, 1:3], rates), rule[:, 0])
+    fallback = np.minimum(_per_rate(rule[:, 4:6], rates), rule[:, 3])
     return np.where(np.isfinite(bound), bound, fallback)
 
 

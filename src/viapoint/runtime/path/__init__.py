@@ -5,7 +5,8 @@ from viapoint.runtime.path.corners import Reason
 from viapoint.runtime.path.errors import GeometryError
 from viapoint.runtime.path.moves import Corner, Move, MoveKind, Pose, Poses, Space, Tangential
 from viapoint.runtime.path.piece import Piece
-from viapoint.runtime.path.segments import PoseSegment
+from viapoint.runtime.path.rates import cross
+from viapoint.runtime.path.segments import PoseSegment, Segment
 from viapoint.runtime.path.segments import sample as sample_segments
 from viapoint.runtime.path.shapes import auxiliary_alone, end_pose
 from viapoint.runtime.path.splines import programmed
@@ -23,10 +24,12 @@ __all__ = [
     "PoseSegment",
     "Poses",
     "Reason",
+    "Segment",
     "Space",
     "Tangential",
     "Transition",
     "auxiliary_alone",
+    "cross",
     "end_pose",
     "programmed",
     "sample_segments",

@@ -36,13 +36,10 @@ def hermite_controls(
     """
     (p0, v0, a0), (p1, v1, a1) = left, right
     step, bend = length / 5.0, length * length / 20.0
-    return np.stack(
-        (
-            p0,
-            p0 + step * v0,
-            p0 + 2.0 * step * v0 + bend * a0,
-            p1 - 2.0 * step * v1 + bend * a1,
-            p1 - step * v1,
-            p1,
-        )
-    )
+    leaving, arriving = step * v0, step * v1
+    controls = np.empty((6, len(p0)))
+    controls[0], controls[5] = p0, p1
+    controls[1], controls[4] = p0 + leaving, p1 - arriving
+    controls[2] = p0 + 2.0 * leaving + bend * a0
+    controls[3] = p1 - 2.0 * arriving + bend * a1
+    return controls

@@ -75,18 +75,20 @@ class Chain:
         self._before: Neighbour | None = None
         self._end: Pose | None = None
 
-    def push(self, move: Move) -> None:
+    def push(self, move: Move, segment: Segment | None = None) -> None:
         """Append a motion. May finish pieces of the motions before it.
 
-        Raises GeometryError E306 where a circle has no geometry; the chain is then unchanged.
+        `segment` is its geometry where that is known already and needs no neighbours. Raises GeometryError
+        E306 where a circle has no geometry; the chain is then unchanged.
         """
         _require_finite(move)
         self._require_joined(move)
-        if is_zero(move):
+        if segment is None and is_zero(move):
             self._pass_over(move)
         else:
             how = move.tangential
-            segment = None if how and turns_in_place(move) else shape_alone(move)
+            if segment is None:
+                segment = None if how and turns_in_place(move) else shape_alone(move)
             if how is not None and segment is not None:
                 segment = aligned(segment, how)
             self._end = end_pose(move)

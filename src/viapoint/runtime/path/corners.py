@@ -87,10 +87,18 @@ class Ruler:
         if self.by_parameter:
             most = 0.5 * min(self.left.length, self.right.length)
         else:
-            most = 0.5 * min(self._total(self.left), self._total(self.right))
+            most = min(self._most(self.left, at_end=True), self._most(self.right, at_end=False))
         while most > SHORTEST_EDGE and self._rotation(most) > MOST_ROTATION:
             most *= 0.5 if self._rotation(most) > 2.0 * MOST_ROTATION else 0.9
         return most
+
+    def _most(self, segment: Segment, *, at_end: bool) -> float:
+        """Half of a side; of a joint move also half its parameter: another joint move may take the rest."""
+        total = self._total(segment)
+        if segment.space is Space.POSE:
+            return 0.5 * total
+        half = segment.arc.upto(0.5 * segment.length)
+        return min(0.5 * total, total - half if at_end else half)
 
     def cut(self, distance: float) -> tuple[float, float]:
         """Parameters of the left and right segment so far from the corner."""
@@ -103,12 +111,12 @@ class Ruler:
         if self.left.space is self.right.space is Space.JOINT:
             return 0.0  # edges in joint space have no orientation of their own
         leave, join = self.cut(distance)
-        before = self.left.angle.at(np.array([leave, self.left.length]))
-        return float(max(before[1] - before[0], self.right.angle.at(np.array([join]))[0]))
+        left = self.left.angle
+        return max(left.upto(self.left.length) - left.upto(leave), self.right.angle.upto(join))
 
     @staticmethod
     def _total(segment: Segment) -> float:
-        return float(segment.arc.at(np.array([segment.length]))[0])
+        return segment.arc.upto(segment.length)
 
 
 def pass_corner(left: Segment, right: Segment, corner: Corner, tolerance: float) -> Passage:
@@ -202,7 +210,7 @@ def _obstacle(before: _Side, after: _Side) -> Reason | None:
         return Reason.AUXILIARY
     if before.segment.turns_in_place is not after.segment.turns_in_place:
         return Reason.IN_PLACE
-    if min(np.linalg.norm(before.direction), np.linalg.norm(after.direction)) < NO_DIRECTION:
+    if min(norm(before.direction), norm(after.direction)) < NO_DIRECTION:
         return Reason.NO_DIRECTION
     if _angle(before.direction, after.direction) > math.pi - REVERSAL:
         return Reason.REVERSAL
@@ -211,5 +219,5 @@ def _obstacle(before: _Side, after: _Side) -> Reason | None:
 
 def _angle(a: Floats, b: Floats) -> float:
     """0 … π between two vectors of any dimension, without loss near 0 and π."""
-    a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
-    return 2.0 * math.atan2(float(np.linalg.norm(a - b)), float(np.linalg.norm(a + b)))
+    a, b = a / norm(a), b / norm(b)
+    return 2.0 * math.atan2(norm(a - b), norm(a + b))

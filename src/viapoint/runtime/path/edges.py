@@ -11,6 +11,7 @@ import numpy as np
 from viapoint.runtime.path.alignment import along_edge
 from viapoint.runtime.path.curves import Profile, joining
 from viapoint.runtime.path.moves import Floats, Space
+from viapoint.runtime.path.rates import norm
 from viapoint.runtime.path.segments import Jet, JointSegment, PoseSegment, Segment
 from viapoint.runtime.path.turns import Key, turn_about
 
@@ -43,6 +44,8 @@ def _auxiliary(left: Segment, right: Segment, leave: float, join: float, length:
 
 def corner_orientation(left: Segment) -> Floats:
     """(4,) orientation where `left` ends."""
+    if isinstance(left, PoseSegment):
+        return left.jet(left.length).quaternion
     end: Floats = left.poses(np.array([left.length])).quaternion[0]
     return end
 
@@ -59,6 +62,5 @@ def _range(left: Segment, right: Segment, leave: float, join: float, a: Jet, b: 
     """
     if left.space is Space.POSE and right.space is Space.POSE:
         return left.length - leave + join
-    cut = left.arc.at(np.array([left.length]))[0] - left.arc.at(np.array([leave]))[0]
-    cut += right.arc.at(np.array([join]))[0]
-    return float(2.0 * cut / (np.linalg.norm(a.velocity) + np.linalg.norm(b.velocity)))
+    cut = left.arc.upto(left.length) - left.arc.upto(leave) + right.arc.upto(join)
+    return 2.0 * cut / (norm(a.velocity) + norm(b.velocity))

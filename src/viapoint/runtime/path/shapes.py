@@ -12,7 +12,7 @@ from viapoint.runtime.path.curves import Arc, Profile, Straight
 from viapoint.runtime.path.errors import GeometryError
 from viapoint.runtime.path.keys import keys_along, periodic_keys
 from viapoint.runtime.path.moves import Floats, Move, MoveKind, Pose
-from viapoint.runtime.path.rates import cross, shortest_turn
+from viapoint.runtime.path.rates import cross, norm, shortest_turn
 from viapoint.runtime.path.segments import JointSegment, PoseSegment, Segment
 from viapoint.runtime.path.turns import Turn, slerp, turn_through
 
@@ -31,9 +31,9 @@ TWO_PI = 2.0 * math.pi
 def line(move: Move) -> PoseSegment:
     """Straight line with SLERP; where nothing but the orientation moves, a turn in place."""
     along = move.target.position - move.start.position
-    distance = float(np.linalg.norm(along))
+    distance = norm(along)
     turn = shortest_turn(quaternion(move.start), quaternion(move.target), move.z_axis)
-    angle = float(np.linalg.norm(turn))
+    angle = norm(turn)
     in_place = distance < IN_PLACE and angle > distance
     length = angle if in_place else distance
     curve = Straight(move.start.position, along / length, length)
@@ -47,7 +47,7 @@ def joint_move(move: Move) -> JointSegment:
         raise ValueError("a joint move needs q_start, q_target and fk")
     weights = np.ones_like(move.q_start) if move.joint_weights is None else move.joint_weights
     start, along = weights * move.q_start, weights * (move.q_target - move.q_start)
-    length = float(np.linalg.norm(along))
+    length = norm(along)
     stands = auxiliary_alone(move)
     if stands:
         length = auxiliary_length(move)
@@ -75,13 +75,13 @@ def _arc(move: Move) -> tuple[Arc, float, float]:
     p0, p1, p2 = move.start.position, move.via.position, move.target.position
     to_via, to_target = p1 - p0, p2 - p0
     normal = cross(to_via, to_target)
-    area = float(np.linalg.norm(normal))
-    if area < LOWEST_TRIANGLE * max(float(np.linalg.norm(v)) for v in (to_via, to_target, p2 - p1)):
+    area = norm(normal)
+    if area < LOWEST_TRIANGLE * max(norm(v) for v in (to_via, to_target, p2 - p1)):
         raise GeometryError("E306", "start, Q and target of the circle lie on one line or coincide")
     normal = normal / area
     # The centre from the two chords; the same point as F 5-22 with fewer products of large coordinates.
     offset = cross((to_via @ to_via) * to_target - (to_target @ to_target) * to_via, normal) / (2.0 * area)
-    center, radius = p0 + offset, float(np.linalg.norm(offset))
+    center, radius = p0 + offset, norm(offset)
     u = -offset / radius
     v = cross(normal, u)
     angles = [math.atan2(float((p - center) @ v), float((p - center) @ u)) % TWO_PI for p in (p1, p2)]
@@ -116,7 +116,7 @@ def auxiliary_length(move: Move) -> float:
     """How far the auxiliary axes travel, rad counted as m."""
     if move.e_start is None or move.e_target is None:
         return 0.0
-    return float(np.linalg.norm(move.e_target - move.e_start))
+    return norm(move.e_target - move.e_start)
 
 
 def is_zero(move: Move) -> bool:
@@ -134,21 +134,21 @@ def _robot_length(move: Move) -> float:
     """The larger of translation (m) and rotation (rad), or joint-space length (rad); inf for a circle."""
     if move.kind is MoveKind.JOINT and move.q_start is not None and move.q_target is not None:
         weights = 1.0 if move.joint_weights is None else move.joint_weights
-        return float(np.linalg.norm(weights * (move.q_target - move.q_start)))
+        return norm(weights * (move.q_target - move.q_start))
     if move.kind is MoveKind.CIRCLE:
         return 0.0 if move.angle is not None and abs(move.angle) < ZERO_LENGTH else math.inf
-    distance = float(np.linalg.norm(move.target.position - move.start.position))
+    distance = norm(move.target.position - move.start.position)
     turn = shortest_turn(quaternion(move.start), quaternion(move.target), move.z_axis)
-    return max(distance, float(np.linalg.norm(turn)))
+    return max(distance, norm(turn))
 
 
 def turns_in_place(move: Move) -> bool:
     """A path motion that only turns: it has no tangent."""
-    distance = float(np.linalg.norm(move.target.position - move.start.position))
+    distance = norm(move.target.position - move.start.position)
     if distance >= IN_PLACE:
         return False
     turn = shortest_turn(quaternion(move.start), quaternion(move.target), move.z_axis)
-    return float(np.linalg.norm(turn)) > distance
+    return norm(turn) > distance
 
 
 def shape_alone(move: Move) -> Segment | None:

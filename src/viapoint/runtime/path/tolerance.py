@@ -10,13 +10,13 @@ import numpy as np
 from viapoint.runtime.path.edges import round_edge
 from viapoint.runtime.path.moves import Floats
 from viapoint.runtime.path.segments import Segment
-from viapoint.runtime.rotations import quaternion_angle
 
 # A deviation of orientation counts as the displacement of a point so far (m) from the TCP: the default
 # tolerance of 0.02 mm then allows 0.11°.
 LEVER = 0.01
 # Points on the edge where its deviation is measured; it has one maximum on each side of the corner.
 SAMPLES = 25
+_SHARES = np.linspace(0.0, 1.0, SAMPLES)
 # The search ends between this share of the tolerance and the tolerance itself.
 ENOUGH = 0.7
 _AIM = 0.85
@@ -71,16 +71,23 @@ def deviation(left: Segment, right: Segment, leave: float, join: float) -> float
     their distance from the path.
     """
     edge = round_edge(left, right, leave, join)
-    w = np.linspace(0.0, edge.length, SAMPLES)
-    w_left, w_right = _beside(left, right, leave, join, w / edge.length)
+    w = edge.length * _SHARES
+    w_left, w_right = _beside(left, right, leave, join, _SHARES)
     made, a, b = edge.poses(w), left.poses(w_left), right.poses(w_right)
-    distance = np.linalg.norm(made.position - np.concatenate((a.position, b.position)), axis=1)
-    angle = quaternion_angle(made.quaternion, np.concatenate((a.quaternion, b.quaternion)))
-    total = distance + LEVER * angle
+    away = made.position - np.concatenate((a.position, b.position))
+    angle = _angles(made.quaternion, np.concatenate((a.quaternion, b.quaternion)))
+    total = np.sqrt((away * away).sum(axis=1)) + LEVER * angle
     if edge.auxiliary is not None and left.auxiliary is not None and right.auxiliary is not None:
         programmed = np.concatenate((left.auxiliary.points(w_left), right.auxiliary.points(w_right)))
         total = total + np.linalg.norm(edge.auxiliary.points(w) - programmed, axis=1)
     return float(total.max())
+
+
+def _angles(a: Floats, b: Floats) -> Floats:
+    """(N,) rad between orientations (N, 4), by the chord between the quaternions, of which ± are one."""
+    chords = np.minimum(((a - b) ** 2).sum(axis=1), ((a + b) ** 2).sum(axis=1))
+    angles: Floats = 4.0 * np.arcsin(0.5 * np.sqrt(chords))
+    return angles
 
 
 def _beside(left: Segment, right: Segment, leave: float, join: float, t: Floats) -> tuple[Floats, Floats]:

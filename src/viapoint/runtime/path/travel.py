@@ -40,6 +40,10 @@ class EvenTravel:
         """(N,) → (N,) travelled from w = 0."""
         return self.rate * w
 
+    def upto(self, w: float) -> float:
+        """Travelled from w = 0."""
+        return self.rate * w
+
     def rates(self, w: Floats) -> Floats:
         """(N,) → (N,) d travel/dw."""
         return np.full_like(w, self.rate)
@@ -63,6 +67,10 @@ class TableTravel:
         k, t = self._locate(w)
         c0, c1, c2, c3, c4, c5 = self._monomials(k)
         return c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
+
+    def upto(self, w: float) -> float:
+        """Travelled from w = 0."""
+        return float(self.at(np.array([w]))[0])
 
     def rates(self, w: Floats) -> Floats:
         """(N,) → (N,) d travel/dw."""

@@ -116,6 +116,10 @@ class Key:
         return norm(self.rate) < STILL and norm(self.rate_change) < STILL
 
 
+def _is_still(v: Floats) -> bool:
+    return bool(np.abs(v).max() < STILL)
+
+
 def slerp(start: Floats, turn: Floats, length: float) -> UniformTurn:
     """The turn by the rotation vector `turn` at a constant rate over 0 … length."""
     return UniformTurn(start, turn / length)
@@ -123,8 +127,8 @@ def slerp(start: Floats, turn: Floats, length: float) -> UniformTurn:
 
 def turn_about(left: Key, right: Key, middle: Floats) -> Turn:
     """From one key to the other, matching rates and their changes; both within 180° of `middle`."""
-    still = all(np.abs(v).max() < STILL for v in (left.rate, right.rate, left.rate_change, right.rate_change))
-    if still and np.abs(rotation_from(left.quaternion, right.quaternion)).max() < STILL:
+    rates = (left.rate, right.rate, left.rate_change, right.rate_change)
+    if all(_is_still(v) for v in rates) and _is_still(rotation_from(left.quaternion, right.quaternion)):
         return UniformTurn(middle, np.zeros(3))
     ends = []
     for key in (left, right):

@@ -13,6 +13,7 @@ from viapoint.runtime.robots import anthropomorphic as _twin
 cdef double WRIST_SINGULAR = _twin.WRIST_SINGULAR
 cdef double SHOULDER_SINGULAR = _twin.SHOULDER_SINGULAR
 cdef double REACH_TOLERANCE = _twin.REACH_TOLERANCE
+cdef double SAME_ELBOW = _twin.SAME_ELBOW
 
 cdef struct Arm:
     double height, a2x, a3z, along, a4z, a6x, forearm, bend
@@ -183,6 +184,36 @@ def free_joint(const double[::1] packed, const double[:, ::1] q):
     for row in range(q.shape[0]):
         at = _angles(&arm, &q[row, 0])
         free[row] = fabs(at.s[4]) < WRIST_SINGULAR or fabs(_radial(&arm, &at)) < SHOULDER_SINGULAR
+    return result
+
+
+def clearance(const double[::1] packed, const double[:, ::1] q):
+    """Joints (N, 6) to about how far (N,), in m, the arm has to move to a singular pose of J1 or J4."""
+    cdef Arm arm = _arm(packed)
+    cdef Angles at
+    cdef Py_ssize_t row
+    result = np.empty(q.shape[0])
+    cdef double[::1] nearest = result
+    for row in range(q.shape[0]):
+        at = _angles(&arm, &q[row, 0])
+        nearest[row] = min(fabs(_radial(&arm, &at)), arm.forearm * fabs(at.s[4]))
+    return result
+
+
+def configuration(const double[::1] packed, const double[:, ::1] q):
+    """Joints (N, 6) to indices (N,) of the branch that leads back to them."""
+    cdef Arm arm = _arm(packed)
+    cdef Angles at
+    cdef double bend
+    cdef bint back
+    cdef Py_ssize_t row
+    result = np.empty(q.shape[0], dtype=np.int64)
+    cdef long[::1] index = result
+    for row in range(q.shape[0]):
+        at = _angles(&arm, &q[row, 0])
+        back = _radial(&arm, &at) < -SHOULDER_SINGULAR
+        bend = sin(q[row, 2] * arm.sign[2] + arm.bend) * (-1.0 if back else 1.0)
+        index[row] = 4 * back + 2 * (bend < -SAME_ELBOW) + (sin(q[row, 4]) < -WRIST_SINGULAR)
     return result
 
 

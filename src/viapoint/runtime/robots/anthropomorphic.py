@@ -269,6 +269,8 @@ class SphericalWristArm:
 
     def configuration(self, q: Floats) -> Ints:
         """(..., 6) → (...) index into CONFIGURATIONS. At a singularity: FRONT, UP, POSITIVE."""
+        if (core := chosen(_CORE)) is not None:
+            return np.asarray(core.configuration(self.packed, _rows(q))).reshape(q.shape[:-1])
         _, s, c23, s23 = self._trigonometry(q)
         back = self._radial(s, c23, s23) < -SHOULDER_SINGULAR
         bend = np.sin(self._elbow_angle(q)) * np.where(back, -1.0, 1.0)
@@ -284,6 +286,14 @@ class SphericalWristArm:
         free: Bools = np.abs(np.sin(q[:, 4])) < WRIST_SINGULAR
         free |= np.abs(self._radial(s, c23, s23)) < SHOULDER_SINGULAR
         return free
+
+    def clearance(self, q: Floats) -> Floats:
+        """(N, 6) → (N,) m: of the wrist point from axis 1, or of it from in line with the hand."""
+        if (core := chosen(_CORE)) is not None:
+            return np.asarray(core.clearance(self.packed, _rows(q)))
+        _, s, c23, s23 = self._trigonometry(q)
+        nearest: Floats = np.minimum(np.abs(self._radial(s, c23, s23)), self.forearm * np.abs(s[:, 4]))
+        return nearest
 
     def singularity(self, q: Floats) -> SingularityReport:
         """Measures: WRIST |sin J5|, ELBOW |sin of its bend|, SHOULDER m from axis 1 to the wrist point."""

@@ -8,6 +8,7 @@ stands in its cell are not known here.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Protocol
@@ -20,7 +21,7 @@ Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 Complexes = npt.NDArray[np.complex128]
 
-TURN = 2.0 * np.pi
+TURN = 2.0 * math.pi
 # A joint standing on the end of its range, up to the rounding of degrees and of the IK, is inside it.
 RANGE_TOLERANCE = 1e-9
 # Solutions closer than this (rad or m) are one: what rounding leaves of a double root.
@@ -81,6 +82,10 @@ class Kinematics(Protocol):
         self, X: Floats, configuration: int | Ints, reference: Floats, given: tuple[int, ...] = ()
     ) -> tuple[Floats, Bools]: ...
     def free_joint(self, X: Floats, q: Floats) -> Bools: ...
+    def clearance(self, q: Floats) -> Floats:
+        """(N, n) → (N,) m: about how far the arm has to move to a pose that leaves a joint free."""
+        ...
+
     @property
     def free_joints(self) -> tuple[int, ...]:
         """The joints that singular poses leave free, each found before the next."""
@@ -162,10 +167,10 @@ class Robot:
         q += np.where(self.prismatic, 0.0, TURN * np.rint((reference - q) / TURN))
         return q, reachable
 
-    def ik_path(self, X_base_flange: Floats, configuration: int, start: Floats) -> tuple[Floats, Bools]:
+    def ik_path(self, X_base_flange: Floats, configuration: int, start: Floats) -> tuple[Floats, Bools, bool]:
         """One branch along the rows of a path: as `ik_branch`, each row's reference the row before it.
 
-        `start` (n,) is the reference of the first row.
+        `start` (n,) is the reference of the first row. Also whether a joint is free in any of them.
         """
         q, reachable = self.ik_branch(X_base_flange, configuration, start)
         q = self._without_turns(q, start)
@@ -175,13 +180,15 @@ class Robot:
             q[row], _ = (
                 part[0] for part in self.ik_branch(X_base_flange[row : row + 1], configuration, before)
             )
-        return (self._without_turns(q, start) if len(held) else q), reachable
+        return (self._without_turns(q, start) if len(held) else q), reachable, len(held) > 0
 
     def _without_turns(self, q: Floats, start: Floats) -> Floats:
         """(N, n) with jumps of full turns between the rows, and before the first, taken out."""
-        steps = np.diff(q, axis=0, prepend=start[None])
-        turns = np.cumsum(np.rint(steps / TURN), axis=0)
-        result: Floats = q - np.where(self.prismatic, 0.0, TURN * turns)
+        steps = q - np.concatenate((start[None], q[:-1]))
+        turns = np.where(self.prismatic, 0.0, np.rint(steps / TURN))
+        if not turns.any():
+            return q
+        result: Floats = q - TURN * np.cumsum(turns, axis=0)
         return result
 
     def solutions(self, X_base_flange: Floats, *, reference: Floats | None = None) -> list[Solution]:
@@ -207,19 +214,18 @@ class Robot:
     def _turns_inside(self, q: Floats) -> list[Floats]:
         """All joint vectors that differ from q by full turns and lie in the ranges."""
         lower, upper = self.limits.lower - RANGE_TOLERANCE, self.limits.upper + RANGE_TOLERANCE
-        turn = np.where(self.prismatic, 0.0, TURN)
-        counts = [
-            range(int(np.ceil((a - value) / TURN)), int(np.floor((b - value) / TURN)) + 1)
-            if revolute
-            else (0,)
-            for a, b, value, revolute in zip(lower, upper, q, ~self.prismatic, strict=True)
+        choices = [
+            _inside(*numbers)
+            for numbers in zip(
+                q.tolist(), lower.tolist(), upper.tolist(), self.prismatic.tolist(), strict=True
+            )
         ]
-        candidates = (q + turn * np.array(turns) for turns in itertools.product(*counts))
-        return [joints for joints in candidates if self.limits.contain(joints).all()]
+        return [np.array(turned) for turned in itertools.product(*choices)]
 
     def distance(self, a: Floats, b: Floats) -> float:
         """Length of the joint move from a to b (n,), every joint in units of its speed limit: s."""
-        return float(np.linalg.norm((a - b) / self.limits.speed))
+        steps = (a - b) / self.limits.speed
+        return math.sqrt(float(steps @ steps))
 
     def configuration(self, q: npt.ArrayLike) -> Ints:
         """(..., n) → (...) index of the branch that `ik_branch` must be given to come back to q."""
@@ -248,3 +254,11 @@ class Robot:
         """(..., n) joints → (..., n) motors (F 4-34, 4-35)."""
         joints = np.asarray(q, dtype=np.float64)[..., None]
         return np.asarray(np.linalg.solve(self.coupling, joints)[..., 0], dtype=np.float64)
+
+
+def _inside(value: float, lower: float, upper: float, prismatic: bool) -> list[float]:
+    """A joint's value, and those that differ by full turns, as far as they are in its range."""
+    if prismatic:
+        return [value] if lower <= value <= upper else []
+    first, last = math.ceil((lower - value) / TURN), math.floor((upper - value) / TURN)
+    return [value + TURN * turns for turns in range(first, last + 1)]
