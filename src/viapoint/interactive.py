@@ -134,11 +134,12 @@ class Interactive(Session):
 
     # --- commands ----------------------------------------------------------------------------------
 
-    def resume(self) -> None:
+    def resume(self) -> str | None:
         """Go on along the path after a halt, a step or a step back, to the next breakpoint."""
         self.kernel.breaks.run_on()
-        super().resume()
+        refused = super().resume()
         self._note_end()
+        return refused
 
     def step_on(self, statements: int = 1) -> None:
         """Go on, and halt on the path when so many statements have been executed; `run` does it."""
@@ -149,10 +150,11 @@ class Interactive(Session):
         """Back along the path to where the motion before began; `run` does it."""
         self.kernel.step_back()
 
-    def stop(self) -> None:
+    def stop(self) -> str | None:
         """Stop on the path within the limits and leave the program there; `run` does it."""
-        super().stop()
+        refused = super().stop()
         self._note_end()
+        return refused
 
     def set_breakpoints(self, lines: Mapping[int, Question]) -> None:
         """Lines of the program under way before which the robot halts, if what is asked there says so."""

@@ -22,7 +22,7 @@ from viapoint.language.diagnostics import Diagnostic, has_errors
 from viapoint.language.reading import read_source
 from viapoint.language.source import Source
 from viapoint.runtime.cell import Cell
-from viapoint.runtime.kernel import Corner, ExclusiveZones, Kernel, MotionError, Sensor, Start, State
+from viapoint.runtime.kernel import Command, Corner, ExclusiveZones, Kernel, MotionError, Sensor, Start, State
 from viapoint.runtime.records import Event, Floats, Window
 from viapoint.runtime.signals import Scenario, SignalBank, SignalWorld
 from viapoint.starting import Approaching, LineStart, start_at
@@ -248,29 +248,36 @@ class Session:
                 break
         return windows
 
-    def halt(self) -> None:
-        """Stop on the path within the limits. Time goes on with `run`; the path with `resume`."""
-        self.kernel.halt()
+    def refusal(self, command: Command) -> str | None:
+        """Why a command would not be taken now; None if it would be."""
+        return self.kernel.refusal(command)
 
-    def resume(self) -> None:
+    def halt(self) -> str | None:
+        """Stop on the path within the limits. Time goes on with `run`; the path with `resume`.
+
+        This and the other commands answer why they are refused, where they are; then nothing happens.
+        """
+        return self.kernel.halt()
+
+    def resume(self) -> str | None:
         """Go on along the path after a halt."""
-        self.kernel.resume()
+        return self.kernel.resume()
 
     def set_override(self, override: float) -> None:
         """Scale all speeds by 0 … 1 from the next tick on. Raises ValueError for anything else."""
         self.kernel.set_override(override)
 
-    def stop(self) -> None:
+    def stop(self) -> str | None:
         """Stop on the path within the limits and end the run there."""
-        self.kernel.stop()
+        return self.kernel.stop()
 
-    def emergency_stop(self) -> None:
+    def emergency_stop(self) -> str | None:
         """Stop on the path with the emergency deceleration; `reset`, then `resume`, goes on."""
-        self.kernel.emergency_stop()
+        return self.kernel.emergency_stop()
 
-    def reset(self) -> None:
+    def reset(self) -> str | None:
         """Acknowledge an emergency stop once the robot stands; the run is then halted."""
-        self.kernel.reset()
+        return self.kernel.reset()
 
     def set_input(self, name: str, value: bool | float) -> None:
         """Set an input (`"DI3"` or its name in the cell) from outside, from the next tick on.

@@ -8,11 +8,12 @@ from viapoint.runtime.kernel.kernel import Kernel
 from viapoint.runtime.kernel.offsets import Sensor
 from viapoint.runtime.kernel.peaks import ratios
 from viapoint.runtime.kernel.planner import Corner
-from viapoint.runtime.kernel.states import State
+from viapoint.runtime.kernel.states import Command, State
 from viapoint.runtime.kernel.zones import ExclusiveZones
 
 __all__ = [
     "AuxiliaryAxes",
+    "Command",
     "Corner",
     "ExclusiveZones",
     "ExecutionError",

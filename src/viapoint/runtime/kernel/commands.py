@@ -11,7 +11,7 @@ from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.breaks import HERE, Breaks
 from viapoint.runtime.kernel.motion import Mover
 from viapoint.runtime.kernel.outlet import Outlet
-from viapoint.runtime.kernel.states import Hold, State
+from viapoint.runtime.kernel.states import REFUSALS, Command, Hold, Mode, State
 from viapoint.runtime.kernel.trace import Trace
 
 
@@ -53,30 +53,50 @@ class Commands(ABC):
     def _settle(self) -> None:
         """At rest: everything that takes no time, until something must be waited for."""
 
-    def halt(self) -> None:
-        """Stop on the path within the limits; the interpreter keeps running ahead. `resume` goes on."""
-        self._hold_back(Hold.HALT)
+    def refusal(self, command: Command) -> str | None:
+        """Why a command would not be taken now; None if it would be."""
+        return REFUSALS[Mode.of(self.state, self._hold)].get(command)
 
-    def stop(self) -> None:
+    def halt(self) -> str | None:
+        """Stop on the path within the limits; the interpreter keeps running ahead. `resume` goes on.
+
+        This and the other commands answer why they are refused, where they are; then nothing happens.
+        """
+        refused = self.refusal(Command.HALT)
+        if refused is None:
+            self._hold_back(Hold.HALT)
+        return refused
+
+    def stop(self) -> str | None:
         """Stop on the path within the limits, and end the run there."""
-        self._hold_back(Hold.STOP)
+        refused = self.refusal(Command.STOP)
+        if refused is None:
+            self._hold_back(Hold.STOP)
+        return refused
 
-    def emergency_stop(self) -> None:
+    def emergency_stop(self) -> str | None:
         """Stop on the path with the emergency deceleration; `reset`, then `resume`, goes on."""
-        self._hold_back(Hold.EMERGENCY, self.cell.emergency_deceleration_factor)
+        refused = self.refusal(Command.EMERGENCY_STOP)
+        if refused is None:
+            self._hold_back(Hold.EMERGENCY, self.cell.emergency_deceleration_factor)
+        return refused
 
-    def reset(self) -> None:
+    def reset(self) -> str | None:
         """Acknowledge an emergency stop once the robot stands: the run is then halted."""
-        if self.state is State.EMERGENCY:
+        refused = self.refusal(Command.RESET)
+        if refused is None:
             self._hold, self.state = Hold.HALT, State.HALTED
+        return refused
 
-    def resume(self) -> None:
-        """Go on along the path after a halt; nothing while an emergency stop is not reset."""
-        if self._hold is Hold.HALT:
+    def resume(self) -> str | None:
+        """Go on along the path after a halt; not while an emergency stop is not reset."""
+        refused = self.refusal(Command.RESUME)
+        if refused is None:
             self._hold = Hold.NONE
             self.breaks.run_on()
             if self.state is State.HALTED:
                 self._settle()
+        return refused
 
     def step(self, statements: int = 1) -> None:
         """Go on from a halt and halt again, on the path, when so many statements have been executed.

@@ -1,0 +1,104 @@
+"""Which commands a kernel takes when: one table, and a refused command says why and changes nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from session_runs import cell
+from viapoint.runtime.kernel import State
+from viapoint.runtime.kernel.states import REFUSALS, Command, Hold, Mode
+from viapoint.session import Session, compile_text
+
+PROGRAM = "MJ P1 F60\nML P2 F200\nML P3\n"
+
+ISSUED: dict[Command, Callable[[Session], str | None]] = {
+    Command.HALT: Session.halt,
+    Command.RESUME: Session.resume,
+    Command.STOP: Session.stop,
+    Command.EMERGENCY_STOP: Session.emergency_stop,
+    Command.RESET: Session.reset,
+}
+
+
+def moving() -> tuple[Session, Iterator[object]]:
+    session = Session(cell(), compile_text(PROGRAM, cell=cell()), window=20)
+    windows = session.run()
+    while session.kernel.tick < 200:
+        next(windows)
+    return session, windows
+
+
+def until(session: Session, windows: Iterator[object], state: State) -> Session:
+    while session.kernel.state is not state:
+        next(windows)
+    return session
+
+
+def in_mode(mode: Mode) -> Session:
+    """A session brought into a mode by commands."""
+    if mode is Mode.READY:
+        return Session(cell(), compile_text(PROGRAM, cell=cell()))
+    session, windows = moving()
+    match mode:
+        case Mode.HALTED:
+            assert session.halt() is None
+            return until(session, windows, State.HALTED)
+        case Mode.STOPPING:
+            assert session.stop() is None
+        case Mode.BRAKING:
+            assert session.emergency_stop() is None
+        case Mode.LATCHED:
+            assert session.emergency_stop() is None
+            return until(session, windows, State.EMERGENCY)
+        case Mode.OVER:
+            assert session.stop() is None
+            return until(session, windows, State.STOPPED)
+    return session
+
+
+def test_the_table_covers_every_mode() -> None:
+    assert set(REFUSALS) == set(Mode)
+    assert {Mode.of(state, hold) for state in State for hold in Hold} == set(Mode)
+
+
+@pytest.mark.parametrize("mode", Mode)
+@pytest.mark.parametrize("command", ISSUED)
+def test_a_command_is_taken_or_refused_as_the_table_says(mode: Mode, command: Command) -> None:
+    session = in_mode(mode)
+    expected = REFUSALS[mode].get(command)
+    assert session.refusal(command) == expected
+    before = (session.kernel.state, session.kernel.held, len(session.events))
+    assert ISSUED[command](session) == expected
+    if expected is not None:
+        assert (session.kernel.state, session.kernel.held, len(session.events)) == before
+
+
+def test_what_is_refused_does_not_change_the_run() -> None:
+    """Halt and resume, with everything that is refused on the way, against halt and resume alone."""
+    runs = []
+    for pester in (False, True):
+        session, windows = moving()
+        session.halt()
+        until(session, windows, State.HALTED)
+        if pester:
+            assert session.reset() == "there is no emergency stop"
+            assert session.halt() == "it is halted already"
+        assert session.resume() is None
+        if pester:
+            assert session.resume() == "nothing is halted"
+        session.finish()
+        runs.append((session.kernel.tick, session.kernel.telemetry.joints))
+    assert runs[0][0] == runs[1][0]
+    np.testing.assert_array_equal(runs[0][1], runs[1][1])
+
+
+def test_an_emergency_stop_is_reset_then_resumed() -> None:
+    session = in_mode(Mode.LATCHED)
+    assert session.resume() == "the robot is in emergency stop: reset it first"
+    assert session.reset() is None
+    assert session.resume() is None
+    session.finish()
+    assert session.kernel.state is State.FINISHED
