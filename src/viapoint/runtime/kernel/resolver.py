@@ -116,7 +116,7 @@ class Resolver:
         self.robot: Robot = cell.robot
         self._auxiliary = AuxiliaryAxes.of(cell)
         self.stand = Stand(q_start, self.robot.fk(q_start), self._auxiliary.start)
-        self._points = dict(cell.points)
+        self._kept: dict[int, Point] = {}  # by searches; the others may be taught at any time
         self.offset: float | None = None
         """rad between tool and heading while the tool is tangential; None: it is not."""
         self._joint_before = False
@@ -149,7 +149,10 @@ class Resolver:
         """Point `index` becomes the pose of the TCP in joints q (n,), in the frame of a motion."""
         X_base_tcp = self.robot.fk(q) @ self.tool(motion.tool, motion.line)
         pose = invert_pose(self._frame(motion, e)) @ X_base_tcp
-        self._points[index] = Point(index=index, name=None, pose=pose, joints=None)
+        self._kept[index] = Point(index=index, name=None, pose=pose, joints=None)
+
+    def _point(self, index: int) -> Point | None:
+        return self._kept.get(index) or self.cell.points.get(index)
 
     @property
     def tangency(self) -> Tangency:
@@ -328,7 +331,7 @@ class Resolver:
 
     def _auxiliary_target(self, motion: Motion) -> Floats:
         """Where the auxiliary axes (k,) end: as the statement says, as its point does, or where they are."""
-        point = None if motion.target.point is None else self._points.get(motion.target.point)
+        point = None if motion.target.point is None else self._point(motion.target.point)
         return self._auxiliary.target(self.stand.e, motion.target, point, motion.line)
 
     def _with_auxiliary(self, move: Move, e: Floats) -> Move:
@@ -341,7 +344,8 @@ class Resolver:
             joints = self._taught_joints(target, motion)
             if joints is not None:
                 return np.asarray(self.robot.fk(joints) @ X_flange_tool)
-            pose = self._points[target.point].pose
+            point = self._point(target.point)
+            pose = None if point is None else point.pose
             assert pose is not None, "a point is taught as a pose or as joints"
             return np.asarray(X_base_frame @ pose)
         X_frame_now = invert_pose(self._frame(motion, self.stand.e)) @ self._now(X_flange_tool)
@@ -351,9 +355,9 @@ class Resolver:
         """Joints of a point taught in joint space; None for another target."""
         if target.point is None:
             return None
-        point = self._points.get(target.point)
+        point = self._point(target.point)
         if point is None:
-            known = ", ".join(f"P{n}" for n in sorted(self._points)[:8]) or "none"
+            known = ", ".join(f"P{n}" for n in sorted({*self.cell.points, *self._kept})[:8]) or "none"
             raise PlanningError(
                 "E310",
                 f"point P{target.point} is not defined in the cell",
