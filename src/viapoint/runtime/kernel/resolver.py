@@ -14,6 +14,7 @@ import numpy as np
 from viapoint.language.units import DEG, MM
 from viapoint.runtime.cell import Cell, Point
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
+from viapoint.runtime.kernel.doubt import edge_in_doubt, rounding_margin
 from viapoint.runtime.kernel.failure import PlanningError
 from viapoint.runtime.kernel.joints import end_joints, motion_target, tcp_kinematics
 from viapoint.runtime.kernel.speeds import UNBOUND, SpeedRule, speed_rule
@@ -50,16 +51,6 @@ _KINDS: Final = {
     MotionKind.JOINT: MoveKind.JOINT,
     MotionKind.HOME: MoveKind.JOINT,
 }
-_SHARES: Final = np.linspace(0.0, 1.0, 25)
-"""Samples on a joint move whose ends are looked at."""
-
-_EDGE_REACH: Final = 1.5
-"""Round edges are looked for singular poses over so many R."""
-
-_SPLINE_SWING: Final = 0.3
-"""Share of its chord by which a spline may swing out: its inner control points lie a third of it from its
-ends in any direction, and have at most 4/9 of the weight each."""
-
 _POSITION: Final = ("X", "Y", "Z")
 _ROTATION: Final = ("A", "B", "C")
 _SAME: Final = 9
@@ -197,7 +188,7 @@ class Resolver:
             return False
         e = self._auxiliary_target(motion)
         q_target = self._joint_target(motion, self.tool(motion.tool, motion.line), e)
-        return self._edge_in_doubt(q_target, self._edge_before, 0)
+        return edge_in_doubt(self.robot, self.stand.q, q_target, self._edge_before, 0)
 
     def tool(self, index: int, line: int) -> Floats:
         """X_flange_tool (4, 4) of a tool of the cell. Raises PlanningError."""
@@ -217,7 +208,7 @@ class Resolver:
         q_target = self._joint_target(motion, X_flange_tool, e)
         end = Stand(q_target, self.robot.fk(q_target), e)
         move = self._joint_line(motion, tag, X_flange_tool, end)
-        self._doubtful_end = self._edge_in_doubt(q_target, motion.round_edge or 0.0, -1)
+        self._doubtful_end = edge_in_doubt(self.robot, self.stand.q, q_target, motion.round_edge or 0.0, -1)
         rule = UNBOUND if auxiliary_alone(move) else speed_rule(motion, self.cell)
         return Resolved(move, rule, X_flange_tool, end)
 
@@ -276,7 +267,9 @@ class Resolver:
         if (segment := programmed(move)) is not None:
             piece = Piece(segment, 0.0, segment.length, tag, ends=True, stop=True)
             path = Stretch(piece, self._from_tool(X_flange_tool), motion.line, PathLimits.APPLY)
-            reached = end_joints(self.robot, path, self.stand.q, self._margin(motion, move))
+            edge = max(motion.round_edge or 0.0, self._edge_before)
+            margin = rounding_margin(move, edge, self.cell.path_tolerance)
+            reached = end_joints(self.robot, path, self.stand.q, margin)
             self._sure &= reached.sure
             end, configuration = Stand(reached.q, reached.X_base_flange, e), reached.configuration
         move = self._with_auxiliary(move, e)
@@ -284,24 +277,6 @@ class Resolver:
             return Resolved(self._joint_line(motion, tag, X_flange_tool, end), UNBOUND, X_flange_tool, end)
         known = segment if move.e_start is None and move.kind is not MoveKind.SPLINE else None
         return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end, configuration, known)
-
-    def _edge_in_doubt(self, q_target: Floats, edge: float, end: int) -> bool:
-        """Whether a round edge of `edge` mm between a joint move (its end 0 or −1) and a path motion may pass
-        a singular pose on another side than the motions as programmed.
-        """
-        if edge == 0.0:
-            return False
-        q = self.stand.q + _SHARES[:, None] * (q_target - self.stand.q)
-        position = self.robot.fk(q)[:, :3, 3]
-        near = np.linalg.norm(position - position[end], axis=1) <= _EDGE_REACH * edge * MM
-        return bool(self.robot.kinematics.clearance(q[near]).min() <= _EDGE_REACH * edge * MM)
-
-    def _margin(self, motion: Motion, move: Move) -> float:
-        """How far, m, the path may be rounded away from the motion as programmed."""
-        edges = max(motion.round_edge or 0.0, self._edge_before) * MM + self.cell.path_tolerance
-        if move.kind is not MoveKind.SPLINE:
-            return edges
-        return edges + _SPLINE_SWING * float(np.linalg.norm(move.target.position - move.start.position))
 
     def _tangential(self, motion: Motion, programmed: Move, e: Floats, X_flange_tool: Floats) -> Resolved:
         """A path motion whose tool keeps to the tangent: in which joints it ends is known when it is laid."""
