@@ -165,3 +165,15 @@ def test_a_motion_that_acts_on_its_way_is_run_in_full() -> None:
     run = session(3, "MJ P1 F60\nAT 50% SET DO1\nML P2 F200\nAT D10 SET DO2\nML P3\n")
     assert run.finish() is Status.FINISHED
     assert blocks(run) == [(3, "MJ"), (3, "ML"), (5, "ML")]
+
+
+def test_a_tangential_tool_is_turned_as_the_whole_run_turns_it() -> None:
+    text = "MJ P1 F60\nTANG 1\nML X=1600 Y=100 F200\nML X=1700 Y=-100\nML X=1600 Y=-200\n"
+    whole = Session(cell(), program(text))
+    assert whole.finish() is Status.FINISHED
+    for line in (3, 4, 5):
+        run = session(line, text)
+        assert run.start is not None
+        assert run.start.tangent is not None
+        assert run.finish() is Status.FINISHED
+        assert run.kernel.telemetry.joints == pytest.approx(whole.kernel.telemetry.joints, abs=1e-8)

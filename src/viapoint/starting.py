@@ -16,8 +16,7 @@ import numpy as np
 
 from viapoint.language.units import DEG, MM
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
-from viapoint.runtime.kernel.failure import MotionError
-from viapoint.runtime.kernel.resolver import Resolver
+from viapoint.runtime.kernel.forecast import Rest, forecast
 from viapoint.vm import Machine, Program
 from viapoint.vm.ports import (
     Barrier,
@@ -44,7 +43,6 @@ from viapoint.ways import Answers, Read, Script, run_on
 
 if TYPE_CHECKING:
     from viapoint.runtime.cell import Cell
-    from viapoint.runtime.kernel.resolver import Stand
 
 APPROACH: Final = Speed(SpeedKind.GENERIC, 15.0)
 """deg/s of the joint move to the first target: slow enough to be watched."""
@@ -259,19 +257,18 @@ def _start(way: _Way, cell: Cell, line: int) -> LineStart:
 
 def _approach(above: Sequence[Call], ahead: Sequence[Call], cell: Cell, line: int) -> Motion | None:
     """To the target of a motion in the line; else to where the motion above it ends, if there is one."""
-    motions = [call for call in above if isinstance(call, Motion)]
-    first = ahead[0] if ahead else None
-    if _replaced(first, line):
-        motions.append(first)
+    calls = list(above)
+    if ahead and _replaced(ahead[0], line):
+        calls.append(ahead[0])
+    motions = [call for call in calls if isinstance(call, Motion)]
     if not motions:
         return None
-    resolver = Resolver(cell, np.asarray(cell.home, dtype=np.float64))
-    try:
-        for number, motion in enumerate(motions):
-            resolver.resolve(motion, number)
-    except MotionError as error:
-        raise StartError(f"line {error.line} cannot be planned: {error.message}", None) from None
-    return _joint_move(resolver.stand, cell, motions[-1].tool, line)
+    home = Rest(np.asarray(cell.home, dtype=np.float64), AuxiliaryAxes.of(cell).start, 0)
+    planned = forecast(cell, home, calls)
+    if planned.failure is not None:
+        failure = planned.failure
+        raise StartError(f"line {failure.line} cannot be planned: {failure.message}", None)
+    return _joint_move(planned.end, cell, motions[-1].tool, line)
 
 
 def _replaced(call: Call | None, line: int) -> TypeGuard[Motion]:
@@ -281,17 +278,17 @@ def _replaced(call: Call | None, line: int) -> TypeGuard[Motion]:
     return not call.actions and call.search is None
 
 
-def _joint_move(stand: Stand, cell: Cell, tool: int, line: int) -> Motion:
-    """The joint move to a stand, which ends at rest."""
+def _joint_move(rest: Rest, cell: Cell, tool: int, line: int) -> Motion:
+    """The joint move to a place where it ends at rest."""
     axes = AuxiliaryAxes.of(cell)
-    q = stand.q / np.where(cell.robot.prismatic, MM, DEG)
+    q = rest.q / np.where(cell.robot.prismatic, MM, DEG)
     numbers = [axis.number for axis in axes.axes]
     return Motion(
         line=line,
         kind=MotionKind.JOINT,
         target=Target(
             joints=tuple(enumerate(q.tolist(), start=1)),
-            auxiliary=tuple(zip(numbers, (stand.e / axes.units).tolist(), strict=True)),
+            auxiliary=tuple(zip(numbers, (rest.e / axes.units).tolist(), strict=True)),
         ),
         speed=APPROACH,
         tool=tool,
