@@ -30,6 +30,8 @@ def event_text(event: Event) -> str:
             return " ".join((str(data["do"]), *values, f"(client {data['client']})"))
         case "tool":
             return str(data["index"])
+        case "place_read":
+            return f"{data['place']}{place}"
         case "search":
             return f"{'found' if data['found'] else 'not found'}{place}"
         case "m" | "track":

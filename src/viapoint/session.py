@@ -21,7 +21,7 @@ from viapoint.compiler import CellNames, CompileResult, compile_source
 from viapoint.language.diagnostics import Diagnostic, has_errors
 from viapoint.language.reading import read_source
 from viapoint.language.source import Source
-from viapoint.runtime.cell import Cell
+from viapoint.runtime.cell import Cell, moved_frame, moved_point
 from viapoint.runtime.kernel import Command, Corner, ExclusiveZones, Kernel, MotionError, Sensor, Start, State
 from viapoint.runtime.records import Event, Floats, Window
 from viapoint.runtime.signals import Scenario, SignalBank, SignalWorld
@@ -85,6 +85,8 @@ def cell_names(cell: Cell) -> CellNames:
         asynchronous=index.asynchronous,
         analog_inputs=range(1, index.analog_inputs + 1),
         analog_outputs=range(1, index.analog_outputs + 1),
+        live_points=frozenset(i for i, point in cell.points.items() if point.live),
+        live_frames=frozenset(i for i, frame in cell.frames.items() if frame.live),
         point_names=index.point_names,
         signal_names=index.signal_names,
     )
@@ -285,6 +287,14 @@ class Session:
         Raises KeyError for a signal the cell has not, ValueError for an output.
         """
         self._world.set_input(name, value, self.kernel.tick)
+
+    def set_point(self, point: int | str, pose: Sequence[float]) -> None:
+        """Move a live point (index or name) to x, y, z (mm), a, b, c (deg). Raises ValueError: not live."""
+        self.kernel.planner.place(moved_point(self.cell, point, pose))
+
+    def set_frame(self, frame: int | str, pose: Sequence[float]) -> None:
+        """Move a live frame (index or name), as the cell file gives its pose. Raises ValueError: not live."""
+        self.kernel.planner.place(moved_frame(self.cell, frame, pose))
 
     def force(self, name: str, value: bool | float) -> None:
         """Hold a signal at a value, whatever is written to it. Raises KeyError."""

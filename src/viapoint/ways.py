@@ -66,6 +66,11 @@ class Answers:
         """WorldPort."""
         return self._read(line, condition.text)
 
+    def live_place(
+        self, points: tuple[int | None, ...], frame: int, *, line: int, arrived: bool
+    ) -> str | None:
+        return self._cell.live_place(points, frame)
+
     def found(self) -> bool:
         """WorldPort: of a search, which stands in no line of its own."""
         return self._read(0, "FOUND")

@@ -93,8 +93,6 @@ IGNORED = {
 
 REFUSED = {
     "drives.kind": '[drives]\nkind = "servo"',
-    "points.live": "[points]\nP1 = { j = [0, 0, 0, 0, 0, 0], live = true }",
-    "frames.live": "[[frames]]\nindex = 1\nlive = true",
 }
 """Keys marked ●: a run with another value than the default is refused."""
 

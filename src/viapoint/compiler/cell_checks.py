@@ -10,6 +10,20 @@ from viapoint.language.lexical import parameter_spans
 from viapoint.language.source import Source, Span
 from viapoint.language.tree import Motion, Signal, statement_span
 
+
+def live_places(motion: Motion, cell: CellNames) -> tuple[str, ...]:
+    """The points and the frame of a motion that are live in a cell: P7, Z2."""
+    if not cell.live_points and not cell.live_frames:
+        return ()
+    live = {"P": cell.live_points, "Q": cell.live_points, "Z": cell.live_frames}
+    found = (
+        f"{'P' if code == 'Q' else code}{value:g}"
+        for code, value in zip(motion.layout.codes, motion.values, strict=True)
+        if code in live and value in live[code]
+    )
+    return tuple(dict.fromkeys(found))
+
+
 _Check = Callable[[Motion, int], None]
 
 
@@ -130,6 +144,10 @@ class CellChecks:
         """The signals of a condition in the statement at `start`."""
         for signal in signals:
             self.signal(signal.kind, signal.number, Span(start + signal.start, start + signal.end))
+
+    def live_places(self, motion: Motion) -> tuple[str, ...]:
+        """The points and the frame of a motion that the application may move while the program runs."""
+        return live_places(motion, self._cell)
 
     def is_synchronous(self, function: int) -> bool:
         """How the cell declares an M function."""

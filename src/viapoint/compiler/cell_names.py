@@ -28,5 +28,7 @@ class CellNames:
     asynchronous: Collection[int] = ()
     analog_inputs: Collection[int] = ()
     analog_outputs: Collection[int] = ()
+    live_points: Collection[int] = ()
+    live_frames: Collection[int] = ()
     point_names: Mapping[str, int] = field(default_factory=dict)
     signal_names: Mapping[str, str] = field(default_factory=dict)

@@ -144,6 +144,8 @@ class Lowering(Emitter):
         numbers = self._numbers
         self._code += _pack_motion(plan.code, plan.shape, len(numbers))
         numbers.extend(values)
+        if self._cell and (live := self._cell.live_places(statement)):
+            self._flow.exact_stop(f"reading {live[0]}")
         self._flow.motion(statement, plan.traits)
         checks = plan.checks
         if statement.names:  # unknown ones

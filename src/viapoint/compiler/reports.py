@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from viapoint.compiler.cell_checks import live_places
 from viapoint.compiler.cell_names import CellNames
 from viapoint.compiler.conditions import signals_of
 from viapoint.language import tree
@@ -32,6 +33,8 @@ def decision_report(program: tree.Program, cell: CellNames | None = None) -> tup
                 reads, barrier = _reads(condition), not ahead
             case tree.WaitFor(condition=condition) | tree.Until(condition=condition):
                 reads = _reads(condition)
+            case tree.Motion() if cell is not None:
+                reads = live_places(statement, cell)
             case tree.WaitInput(input=index):
                 reads = (f"DI{index}",)
             case tree.MFunction(function=index) if index not in asynchronous:

@@ -152,6 +152,12 @@ class ScriptedWorld:
             return switches[reading.kind](reading.number, line=line, ahead=False)
         return self.read_level(reading, line=line, ahead=False)
 
+    def live_place(
+        self, points: tuple[int | None, ...], frame: int, *, line: int, arrived: bool
+    ) -> str | None:
+        """Everything stays where it is."""
+        return None
+
     def found(self) -> bool:
         """No search finds anything here."""
         return False

@@ -86,6 +86,7 @@ class Machine:
         self._speed, self._tool = modal
         self._actions: list[PathAction] = []  # on the next motion
         self._search: Search | None = None  # of the motion that comes now
+        self._arrived_at: int | None = None  # address of the motion whose live place is read
         self._awaited: int | None = None  # address of the AWAIT_FOR that is waiting
         self._work = 0
         self._work_limit = WORK_LIMIT + len(program.code)
@@ -144,7 +145,7 @@ class Machine:
         frames = tuple(
             (f.entry, f.returns_to, f.remaining, tuple(sorted(f.counters.items()))) for f in self._frames
         )
-        waiting = self._awaited, tuple(self._actions)
+        waiting = self._arrived_at, self._awaited, tuple(self._actions)
         return self._address, tuple(self._stack), frames, self._speed, self._tool, self._cycles_left, waiting
 
     def run(self) -> Suspension:
@@ -285,8 +286,15 @@ class Machine:
     def _move(self, step: Step) -> Call:
         words = step.words
         assert words is not None
+        arrived = self._arrived_at == step.address
+        live = self._world.live_place(words.points, words.frame, line=step.line, arrived=arrived)
+        self._arrived_at = None
+        if live is not None and not arrived:
+            self._arrived_at = self._address = step.address
+            return Barrier(line=step.line, reason=f"{live} is live")
         if words.speed is not None:
             self._speed = words.speed
+        search, self._search = self._search, None
         return Motion(
             line=step.line,
             kind=words.kind,
@@ -298,12 +306,8 @@ class Machine:
             angle=words.angle,
             round_edge=words.round_edge,
             actions=self._put_on(),
-            search=self._looked_for(),
+            search=search,
         )
-
-    def _looked_for(self) -> Search | None:
-        search, self._search = self._search, None
-        return search
 
     def _until(self, step: Step) -> None:
         target, _, kept = step.operands

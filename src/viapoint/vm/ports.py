@@ -245,6 +245,15 @@ class WorldPort(Protocol):
         """Whether `condition` is true where the path has arrived; every read is traced."""
         ...
 
+    def live_place(
+        self, points: tuple[int | None, ...], frame: int, *, line: int, arrived: bool
+    ) -> str | None:
+        """What of a motion's points and frame may change while the program runs: P7, Z2; None: nothing.
+
+        Where the path has `arrived`, it is read now, and traced.
+        """
+        ...
+
     def found(self) -> bool:
         """Whether the search that ended last has found what it looked for."""
         ...

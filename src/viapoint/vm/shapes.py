@@ -121,6 +121,11 @@ class MotionWords:
     angle: float | None
     round_edge: float | None
 
+    @property
+    def points(self) -> tuple[int | None, ...]:
+        """The points of the cell that it names."""
+        return self.target.point, None if self.via is None else self.via.point
+
 
 _Axis = TypeVar("_Axis")
 

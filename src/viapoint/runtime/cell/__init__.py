@@ -23,6 +23,7 @@ from viapoint.runtime.cell.model import (
     Tool,
     Zone,
 )
+from viapoint.runtime.cell.moving import moved_frame, moved_point
 
 __all__ = [
     "AuxiliaryAxis",
@@ -47,6 +48,8 @@ __all__ = [
     "default_cell",
     "load_cell",
     "load_cells",
+    "moved_frame",
+    "moved_point",
     "parse_cell",
     "parse_cells",
     "parse_signal",

@@ -5,7 +5,7 @@ Poses are given in the robot's base, however the file gives them.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, unique
 from pathlib import Path
@@ -267,6 +267,13 @@ class Cell:
     robot_name: str | None = None  # where the cell gives it one
     program: Path | None = None  # what this robot runs, where the cell says so
     priority: int = 0  # at exclusive zones; the higher goes first
+
+    def live_place(self, points: Sequence[int | None], frame: int) -> str | None:
+        """The first of points (None: not given) and a frame that may change while a program runs."""
+        live = [f"P{n}" for n in points if n is not None and n in self.points and self.points[n].live]
+        if frame in self.frames and self.frames[frame].live:
+            live.append(f"Z{frame}")
+        return live[0] if live else None
 
     def names(self) -> CellIndex:
         """What a program may refer to."""

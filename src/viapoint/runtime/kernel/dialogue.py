@@ -135,6 +135,15 @@ class Dialogue:
         """WorldPort: a condition, all its reads traced."""
         return condition.holds(lambda reading: self._read(reading, line, False))
 
+    def live_place(
+        self, points: tuple[int | None, ...], frame: int, *, line: int, arrived: bool
+    ) -> str | None:
+        """WorldPort: by the cell."""
+        live = self._cell.live_place(points, frame)
+        if live is not None and arrived:
+            self._trace.emit("place_read", line, place=live, s_mm=self._travelled_mm())
+        return live
+
     def found(self) -> bool:
         """WorldPort: what the last search has come to."""
         return self._found

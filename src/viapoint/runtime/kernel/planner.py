@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from viapoint.language.units import DEG
-from viapoint.runtime.cell import Cell
+from viapoint.runtime.cell import Cell, Frame, Point
 from viapoint.runtime.kernel.acting import ActingMotions
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
@@ -131,6 +131,10 @@ class Planner:
 
     def _sees(self, s: float) -> bool:
         return self._buffer.planner - self._buffer.generator >= _BATCH and self.route.end >= s
+
+    def place(self, what: Point | Frame) -> None:
+        """A live point or frame is here from now on."""
+        self._resolver.place(what)
 
     def keep(self, point: int, motion: Motion, s: float) -> None:
         """The point of the cell becomes the pose at s, in the frame of `motion`."""

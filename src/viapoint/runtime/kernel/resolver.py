@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from viapoint.language.units import DEG, MM
-from viapoint.runtime.cell import Cell, Point
+from viapoint.runtime.cell import Cell, Frame, Point
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.doubt import edge_in_doubt, rounding_margin
 from viapoint.runtime.kernel.failure import PlanningError
@@ -107,7 +107,8 @@ class Resolver:
         self.robot: Robot = cell.robot
         self._auxiliary = AuxiliaryAxes.of(cell)
         self.stand = Stand(q_start, self.robot.fk(q_start), self._auxiliary.start)
-        self._kept: dict[int, Point] = {}  # by searches; the others may be taught at any time
+        self._kept: dict[int, Point] = {}  # by searches, or moved; the others may be taught at any time
+        self._moved: dict[int, Frame] = {}
         self.offset: float | None = None
         """rad between tool and heading while the tool is tangential; None: it is not."""
         self._joint_before = False
@@ -135,6 +136,13 @@ class Resolver:
         """The robot stands in joints q (n,), auxiliary axes e (k,), wherever the last motion leads."""
         self.stand = Stand(q, self.robot.fk(q), e, self.stand.R_programmed)
         self._joint_before, self._sure = True, True
+
+    def place(self, what: Point | Frame) -> None:
+        """A live point or frame is here now."""
+        if isinstance(what, Point):
+            self._kept[what.index] = what
+        else:
+            self._moved[what.index] = what
 
     def keep(self, index: int, motion: Motion, q: Floats, e: Floats) -> None:
         """Point `index` becomes the pose of the TCP in joints q (n,), in the frame of a motion."""
@@ -367,7 +375,7 @@ class Resolver:
 
         Frame 0 goes with the base; the others stand where the cell says.
         """
-        frame = self.cell.frames.get(motion.frame)
+        frame = self._moved.get(motion.frame) or self.cell.frames.get(motion.frame)
         if frame is None:
             raise PlanningError("E312", f"frame Z{motion.frame} is not defined in the cell", motion.line)
         if motion.frame == 0 or self._auxiliary.carrier is None:

@@ -19,12 +19,6 @@ def refusal(cell: Cell) -> PlanningError | None:
 def _unsupported(cell: Cell) -> Iterator[str]:
     if cell.drives.kind != "ideal":
         yield f'drives.kind = "{cell.drives.kind}"'
-    for index, point in cell.points.items():
-        if point.live:
-            yield f"points.P{index}.live = true"
-    for index, frame in cell.frames.items():
-        if frame.live:
-            yield f"live = true of frame {index}"
     if any(axis.carries_robot for axis in cell.auxiliary_axes.values()):
         for zone in cell.zones:
             if zone.frame != 0:  # it stands while the base moves; zones are looked at from the base

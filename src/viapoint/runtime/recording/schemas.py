@@ -134,6 +134,7 @@ JSON_SCHEMAS = {
             "ahead": BOOLEAN,
             "timed_out": BOOLEAN,
             "found": BOOLEAN,
+            "place": STRING,
         },
         ["t", "tick", "line", "kind", "robot"],
     ),
