@@ -45,6 +45,17 @@ END
 CUT: SET DO 1
 M 5
 T 2
+AT D-20 PULSE DO 2 0.5
+AT 50% SET AO 1 = 2.5
+ML P2 UNTIL DI3 OR AI1 > 2 CAPTURE P4
+IF FOUND
+SYNC
+ENDIF
+WAIT DI4 AND NOT AO1 < 0 TIMEOUT 2 GOTO OUT
+WAIT DI4 OR DO1
+IF AHEAD DI3
+ENDIF
+OUT:
 END
 """
 
@@ -174,6 +185,32 @@ def test_no_read_escapes_its_barrier() -> None:
         (I.READ_INPUT, 1, 0), (I.JUMP_IF_FALSE, 33), (I.END,),
     )  # fmt: skip
     _bad("E257", around)
+
+
+def test_conditions_that_are_waited_for_are_conditions() -> None:
+    wait = (I.AWAIT, 20, 0)
+    good = assemble((I.BARRIER, 0), wait, (I.READ_INPUT, 1, 0), (I.END,))
+    verify(good)
+    _bad("E257", assemble((I.BARRIER, 0), (I.AWAIT, 14, 0), (I.END,)))  # none
+    _bad("E257", assemble((I.BARRIER, 0), (I.AWAIT, 19, 0), (I.PUSH, 0), (I.END,), numbers=(1.0,)))
+    _bad("E257", assemble((I.BARRIER, 0), (I.AWAIT, 20, 0), (I.SET_OUTPUT, 1, 1), (I.END,)))
+    _bad("E257", assemble((I.AWAIT, 15, 0), (I.READ_INPUT, 1, 0), (I.END,)))  # without its barrier
+    _bad("E257", assemble((I.BARRIER, 0), (I.AWAIT, 0, 0), (I.READ_INPUT, 1, 0), (I.END,)))  # backwards
+    limited = ((I.BARRIER, 0), (I.AWAIT_FOR, 24, 0, 0), (I.READ_INPUT, 1, 0))
+    verify(assemble(*limited, (I.JUMP_IF_FALSE, 29), (I.END,), numbers=(1.0,)))
+    _bad("E257", assemble(*limited, (I.END,), numbers=(1.0,)))  # its answer is left on the stack
+    _bad("E256", assemble(*limited, (I.JUMP_IF_FALSE, 29), (I.END,), numbers=(-1.0,)))
+
+
+def test_what_belongs_to_a_motion_stands_before_it() -> None:
+    verify(assemble((I.AT, 0, 0), (I.SET_OUTPUT, 1, 1), (I.END,), numbers=(20.0,)))
+    _bad("E257", assemble((I.AT, 0, 0), (I.END,), numbers=(20.0,)))
+    _bad("E257", assemble((I.AT, 0, 0), (I.SELECT_TOOL, 1), (I.END,), numbers=(20.0,)))
+    _bad("E256", assemble((I.AT, 4, 0), (I.SET_OUTPUT, 1, 1), (I.END,), numbers=(20.0,)))
+    _bad("E256", assemble((I.AT, 0, 0), (I.SET_OUTPUT, 1, 1), (I.END,), numbers=(-20.0,)))
+    search = ((I.UNTIL, 19, 0, 0), (I.READ_INPUT, 1, 0))
+    verify(assemble(*search, (I.HOME, 0, 0), (I.END,), shapes=("",)))
+    _bad("E257", assemble(*search, (I.END,)))
 
 
 def test_execution_ends() -> None:
