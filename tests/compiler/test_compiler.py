@@ -121,9 +121,9 @@ def test_time_and_memory_are_linear() -> None:
         assert compile_source(source).ok
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
-        start = time.perf_counter()
+        start = time.process_time()
         compile_source(source)
-        times.append(time.perf_counter() - start)
+        times.append(time.process_time() - start)
     assert peaks[1] < 8 * 1.3 * peaks[0]
     assert 16_000 / times[1] > LEAST_LINES_PER_SECOND
 
@@ -131,9 +131,9 @@ def test_time_and_memory_are_linear() -> None:
 def test_deep_nesting_is_linear_too() -> None:
     depth = 20_000
     text = "IF DI1\n" * depth + "A: ML P1 F100\nGOTO A\n" + "ENDIF\n" * depth
-    start = time.perf_counter()
+    start = time.process_time()
     assert compile_source(Source("deep.via", text)).ok
-    assert time.perf_counter() - start < 2 * depth / LEAST_LINES_PER_SECOND + 1
+    assert time.process_time() - start < 2 * depth / LEAST_LINES_PER_SECOND + 1
 
 
 def test_thousands_of_errors_are_cut_off_and_cost_little() -> None:
@@ -142,12 +142,12 @@ def test_thousands_of_errors_are_cut_off_and_cost_little() -> None:
     cell = CellNames(
         points=set(range(60_000, 65_000)), tools=(), frames=(), conveyors=(), inputs=(), outputs=(), joints=6
     )
-    start = time.perf_counter()
+    start = time.process_time()
     for names in (None, cell):
         diagnostics = compile_source(Source("a.via", labels + jumps), names).diagnostics
         assert len([each for each in diagnostics if each.is_error]) == 1001
         assert diagnostics[-1].code == "E139"
-    assert time.perf_counter() - start < 15
+    assert time.process_time() - start < 15
 
 
 def test_a_deep_condition_is_an_error_and_not_a_crash() -> None:
