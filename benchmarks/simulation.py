@@ -10,7 +10,6 @@ worst) and the longest single call of the planner or of the time law. The best o
 from __future__ import annotations
 
 import argparse
-import os
 import random
 import tempfile
 from collections.abc import Sequence
@@ -94,11 +93,11 @@ def recorder(job: Job, path: Path) -> Recorder:
 
 def measure(job: Job, core_name: str, recorded: bool, rounds: int) -> probe.Cost:
     """The quickest of some runs."""
-    os.environ[core.VARIABLE] = core_name
+    core.asked = core_name
     try:
         return min((_once(job, recorded) for _ in range(rounds)), key=lambda cost: cost.wall)
     finally:
-        os.environ.pop(core.VARIABLE)
+        core.asked = "auto"
 
 
 def _once(job: Job, recorded: bool) -> probe.Cost:

@@ -18,7 +18,7 @@ def test_twin_and_compiled_modules_run_alike(example: Example, monkeypatch: pyte
     built = core.built("timing._core") is not None
 
     def by(name: str) -> Run:
-        monkeypatch.setenv(core.VARIABLE, name)
+        monkeypatch.setattr(core, "asked", name)
         return run_program(EXAMPLES / example.program, example, max_time=LONGEST)
 
     twin, compiled = by("python"), by("compiled" if built else "auto")

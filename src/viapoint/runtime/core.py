@@ -14,6 +14,8 @@ from types import ModuleType
 from typing import Final
 
 VARIABLE: Final = "VIAPOINT_CORE"
+asked = os.environ.get(VARIABLE, "auto")
+"""What the environment asked for when the process began; looked at in every call of `chosen`."""
 
 
 @cache
@@ -30,7 +32,7 @@ def chosen(name: str) -> ModuleType | None:
 
     Raises ValueError for a word in VIAPOINT_CORE that is not known, or a compiled core that was not built.
     """
-    return _chosen(name, os.environ.get(VARIABLE, "auto"))
+    return _chosen(name, asked)
 
 
 @cache

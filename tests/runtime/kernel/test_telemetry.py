@@ -18,7 +18,7 @@ CELL = '[robot]\nmodel = "frigeni6"\n[[tools]]\nindex = 1\nxyz = [100, 20, 30]\n
 @pytest.mark.parametrize("size", [1, 2, 3, 7, 400])
 def test_peaks_are_those_of_the_whole_run(size: int, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Bit for bit, whatever the windows: differences of the whole run, which starts at rest."""
-    monkeypatch.setenv(core.VARIABLE, name)
+    monkeypatch.setattr(core, "asked", name)
     start, steps = np.array([1.0, -2.0, 0.3]), np.random.default_rng(size).normal(size=(400, 3)) * 1e-3
     x = start + steps.cumsum(axis=0)
     x[100:200] = x[99]

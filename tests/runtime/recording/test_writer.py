@@ -117,7 +117,7 @@ def test_the_compiled_core_writes_the_same_bytes(
 ) -> None:
     written = []
     for name in ("python", "auto"):
-        monkeypatch.setenv(core.VARIABLE, name)
+        monkeypatch.setattr(core, "asked", name)
         run.record(tmp_path / name)
         written.append((tmp_path / name).read_bytes())
     assert written[0] == written[1]
@@ -131,7 +131,7 @@ def test_frames_of_random_frames_are_the_same_in_both_cores(monkeypatch: pytest.
     tcp = rng.normal(size=(200, 3)), rng.normal(size=(200, 4))
     values = []
     for name in ("python", "auto"):
-        monkeypatch.setenv(core.VARIABLE, name)
+        monkeypatch.setattr(core, "asked", name)
         values.append(frame_values(points, *tcp))
     np.testing.assert_allclose(values[0], values[1], rtol=0.0, atol=1e-14)
 
@@ -142,6 +142,6 @@ def test_templates_are_the_same_in_both_cores(monkeypatch: pytest.MonkeyPatch) -
     stamps, values = np.arange(20) * 123_456_789_012, np.random.default_rng(1).normal(size=(20, 3))
     rows = []
     for name in ("python", "auto"):
-        monkeypatch.setenv(core.VARIABLE, name)
+        monkeypatch.setattr(core, "asked", name)
         rows.append(template.encode(stamps, values, 5)[:, 5:])
     assert np.array_equal(rows[0], rows[1])

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +27,7 @@ def test_twin_and_core_give_the_same_laws(seed: int, monkeypatch: pytest.MonkeyP
     bound = steps([0.3, 0.7], [0.9, 0.2, 0.6])
     laws = []
     for name in ("python", "compiled"):
-        monkeypatch.setenv(core.VARIABLE, name)
+        monkeypatch.setattr(core, "asked", name)
         law = plan(curve, lim, bound, s_start=0.0, s_end=0.6, tick=1e-3)
         laws += [law, extend(law, curve, lim, bound, s_end=1.0, tick=1e-3, commit_time=0.2)]
     for twin, compiled in zip(laws[:2], laws[2:], strict=True):
@@ -36,11 +39,21 @@ def test_twin_and_core_give_the_same_laws(seed: int, monkeypatch: pytest.MonkeyP
 
 
 def test_the_choice(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(core.VARIABLE, "python")
+    monkeypatch.setattr(core, "asked", "python")
     assert numerics.chosen().name == "python"
-    monkeypatch.setenv(core.VARIABLE, "fortran")
+    monkeypatch.setattr(core, "asked", "fortran")
     with pytest.raises(ValueError, match="must be auto, python or compiled"):
         numerics.chosen()
-    monkeypatch.setenv(core.VARIABLE, "compiled")
+    monkeypatch.setattr(core, "asked", "compiled")
     with pytest.raises(ValueError, match="not built"):
         core.chosen("timing._not_there")
+
+
+@pytest.mark.parametrize(("word", "shown"), [("python", "python"), ("fortran", "not 'fortran'")])
+def test_the_environment_is_asked(word: str, shown: str) -> None:
+    code = "from viapoint.runtime.timing.core import chosen; print(chosen().name)"
+    environment = os.environ | {core.VARIABLE: word}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False
+    )
+    assert shown in done.stdout + done.stderr

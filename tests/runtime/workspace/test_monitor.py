@@ -138,7 +138,7 @@ def random_box(rng: np.random.Generator) -> tuple[list[float], list[float], list
 def test_few_looks_see_what_looking_everywhere_sees(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Random joint paths: first violation and every crossing, also when the path comes in parts."""
     print("seed", SEED + 1)
-    monkeypatch.setenv(core.VARIABLE, name)
+    monkeypatch.setattr(core, "asked", name)
     rng = np.random.default_rng(SEED + 1)
     monitor = Monitor(cell(ZONES))
     violations = crossings = looks = 0
@@ -240,7 +240,7 @@ def test_the_compiled_core_sees_the_same_clearances(
     q = rng.uniform(limits.lower, limits.upper, (4_000, 6))
     seen = []
     for name in ("python", "auto"):
-        monkeypatch.setenv(core.VARIABLE, name)
+        monkeypatch.setattr(core, "asked", name)
         seen.append(Monitor(watched).clearances(q, tool))
     for twin, compiled in zip(*seen, strict=True):
         assert twin.shape == compiled.shape
