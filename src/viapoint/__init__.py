@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from viapoint.checking import CheckReport, check_program
     from viapoint.interactive import Interactive
     from viapoint.language.diagnostics import Diagnostic, Severity
+    from viapoint.monitoring import Monitor, monitor
     from viapoint.realtime import Punctuality, Sender, SenderError
     from viapoint.report import run_report
     from viapoint.runtime.cell import Cell, CellError, default_cell, load_cell, load_cells
@@ -40,6 +41,7 @@ __all__ = [
     "Diagnostic",
     "Event",
     "Interactive",
+    "Monitor",
     "Punctuality",
     "Recorder",
     "Recording",
@@ -66,6 +68,7 @@ __all__ = [
     "load_recording",
     "load_robot",
     "load_scenario",
+    "monitor",
     "robot_names",
     "run_report",
 ]
@@ -75,6 +78,7 @@ _HOMES = {
     "viapoint.interactive": ("Interactive",),
     "viapoint.language.diagnostics": ("Diagnostic", "Severity"),
     "viapoint.realtime": ("Punctuality", "Sender", "SenderError"),
+    "viapoint.monitoring": ("Monitor", "monitor"),
     "viapoint.report": ("run_report",),
     "viapoint.runtime.cell": ("Cell", "CellError", "default_cell", "load_cell", "load_cells"),
     "viapoint.runtime.kernel": ("Sensor",),

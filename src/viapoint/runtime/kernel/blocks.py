@@ -50,6 +50,11 @@ class Blocks:
         """Where the motion in execution begins, or the next one."""
         return Begin(self._begin.tick, self._begin.s, self._begin.travelled)
 
+    @property
+    def begun(self) -> float:
+        """TCP length travelled where the present block began, m."""
+        return self._begin.travelled
+
     def set_out(self, number: int) -> None:
         """From rest into the motion of entry `number`, or on within it."""
         if number != self._begin.number:

@@ -55,7 +55,12 @@ class Commands(ABC):
 
     def refusal(self, command: Command) -> str | None:
         """Why a command would not be taken now; None if it would be."""
-        return REFUSALS[Mode.of(self.state, self._hold)].get(command)
+        return REFUSALS[self.mode].get(command)
+
+    @property
+    def mode(self) -> Mode:
+        """What decides which commands are taken."""
+        return Mode.of(self.state, self._hold)
 
     def halt(self) -> str | None:
         """Stop on the path within the limits; the interpreter keeps running ahead. `resume` goes on.
