@@ -118,8 +118,9 @@ def test_the_deviation_is_measured_and_reported() -> None:
 def test_random_commands_while_filtering(seed: int) -> None:
     """Also while the filter settles at stops: limits, end, outputs as without commands.
 
-    Where the programmed speed drops, the mean over the window is late.
+    Where the programmed speed drops, the mean over the window is late; and it cuts corners.
     """
     run = CommandRun(seed, cell(controller="filter = { ticks = 60 }"))
-    wrong = [each for each in run.check() if not each.startswith("programmed_speed: 1.0")]
+    of_a_filter = ("programmed_speed: 1.0", "off the path")
+    wrong = [each for each in run.check().wrong if not each.startswith(of_a_filter)]
     assert not wrong, f"seed {seed}: {wrong}\n{run.describe()}"
