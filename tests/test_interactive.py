@@ -225,6 +225,15 @@ def test_points_can_be_taught_between_programs() -> None:
     session.points[9] = session.cell.points[3]
     assert bench.do("ML P9 F300").status is Status.FINISHED
     assert bench.do("MJ P3").status is Status.FINISHED
+    session.set_input("DI3", True)
+    bench.do("ML P4 F300 UNTIL DI3 CAPTURE P2")
+    bench.do("ML P3")
+    bench.do("ML P2")  # as captured, not as taught
+    assert session.pose[0, 3] > 1.51
+    session.teach(2)
+    bench.do("ML P3")
+    bench.do("ML P2")
+    np.testing.assert_allclose(session.points[2].pose, session.pose, atol=1e-9)
     assert 9 not in cell().points
 
 

@@ -201,6 +201,7 @@ class Interactive(Session):
             auxiliary=tuple(self.kernel.telemetry.auxiliary.tolist()),
         )
         self.points[index] = point
+        self.kernel.planner.place(point)  # also over one that was captured
         return point
 
     # --- the end of a program ----------------------------------------------------------------------
