@@ -52,6 +52,7 @@ class Attendant:
         self._allowed = 0  # the tick up to which it may
         self._advancing: tuple[int, Scalar] | None = None  # who asked for it last, and his `id`
         self._session: Session | None = None
+        self._starting: list[tuple[int, Scalar]] = []  # who asked for the beginning, with his `id`
         self._window = 1
         self._last: Window | None = None
         self._stood: tuple[int, State, str] | None = None  # where time stood still last
@@ -94,6 +95,7 @@ class Attendant:
 
     def attend(self, ending: Callable[[], bool]) -> None:
         """Do what was asked; come back when time may pass, or when the run is `ending`."""
+        self._report_start()
         self._report_advance(over=False)
         while not ending():
             self._tell_standing()
@@ -108,6 +110,7 @@ class Attendant:
     def end(self) -> None:
         """The run is over: say so, and let everybody go."""
         session = self.session
+        self._report_start()
         self._report_advance(over=True)
         for incoming in self._waiting(False):
             if incoming.what is What.JOINED:
@@ -157,6 +160,13 @@ class Attendant:
             return kernel.tick >= self._allowed
         return self.session.at_rest and not self._paced
 
+    def _report_start(self) -> None:
+        """Answered when tick 0 is done, so that what is asked next falls into a known tick."""
+        if self.session.kernel.state is not State.READY:
+            for client, identity in self._starting:
+                self._answer(client, identity, {})
+            self._starting.clear()
+
     def _report_advance(self, *, over: bool) -> None:
         if self._advancing is not None and (over or self.session.kernel.tick >= self._allowed):
             client, identity = self._advancing
@@ -202,6 +212,9 @@ class Attendant:
         match request.do:
             case "start":
                 self._started = True
+                self._starting.append((client, request.identity))
+                self._report_start()
+                return None
             case "subscribe":
                 self._subscribe(client, values["monitor_hz"], values["events"])
             case "monitor":
