@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from viapoint.runtime.cell import Cell, load_cell, parse_cell
@@ -19,6 +19,7 @@ from viapoint.vm.folding import fold
 
 FILES = Path(__file__).parent / "files"
 EXAMPLES = Path(__file__).parents[2] / "examples"
+UNHURRIED = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 ARM = '[robot]\nmodel = "frigeni6"\n'
 
 
@@ -50,6 +51,18 @@ def report(cli, text: str, tmp_path: Path, cell: str | None = None) -> dict:
 
 def zone_of(kind: str, corner_1: list[float], corner_2: list[float]) -> str:
     return f'[[zones]]\nname = "press"\nkind = "{kind}"\ncorner_1 = {corner_1}\ncorner_2 = {corner_2}\n'
+
+
+ON_A_TRACK = """[[frames]]
+index = 1
+xyz = [0, 0, 0]
+[auxiliary_axes.E1]
+kind = "linear"
+range = [0, 3000]
+speed = 1000
+acceleration = 3000
+carries_robot = true
+"""
 
 
 STRAIGHT_ON = {
@@ -200,7 +213,7 @@ def test_zones_and_configurations(cli, tmp_path: Path) -> None:
     ("more", "code"),
     [
         (zone_of("forbidden", [1600, -50, 2400], [1900, 50, 2800]), "E420"),
-        ("[points]\nP1 = { x = 1700, y = 0, z = 2500, a = 0, b = 0, c = 0, live = true }\n", "E392"),
+        (ON_A_TRACK + zone_of("forbidden", [4000, 4000, 0], [4100, 4100, 100]) + "frame = 1\n", "E392"),
     ],
 )
 def test_what_keeps_a_run_from_beginning(more: str, code: str, cli, tmp_path: Path) -> None:
@@ -217,6 +230,7 @@ def test_text_shows_all_tables(cli, tmp_path: Path) -> None:
     assert " to " in said.split("estimated time of the program: ")[1]
 
 
+@UNHURRIED
 @given(st.lists(st.integers(0, 2), max_size=60))
 def test_folding_counts_everything(items: list[int]) -> None:
     folded = fold(items)
@@ -228,6 +242,7 @@ def test_folding_counts_everything(items: list[int]) -> None:
     assert all(a < b < len(folded.kept) for a, b in folded.proofs)
 
 
+@UNHURRIED
 @given(st.integers(4, 9), st.integers(4, 9))
 def test_folding_nests(inner: int, outer: int) -> None:
     folded = fold((["a"] * inner + ["b"]) * outer)
