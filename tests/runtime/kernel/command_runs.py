@@ -180,7 +180,7 @@ class CommandRun:
 
     def _check_end(self, session: Session, plain: Session, found: Found) -> None:
         done, all_of_it = _happened(session), _happened(plain)
-        if session.status is Status.STOPPED and (session.kernel.tick, "stop") not in self.log:
+        if session.status is Status.STOPPED and any(choice == "stop" for _, choice in self.log):
             all_of_it = all_of_it[: len(done)]
         else:
             if session.status is not plain.status or str(session.failure) != str(plain.failure):
