@@ -36,6 +36,7 @@ BENCHMARKS = (
     Benchmark("random_programs", quick=("200",)),
     Benchmark("language_speed", quick=("--lines", "20000", "--rounds", "2")),
     Benchmark("recording"),
+    Benchmark("tracking"),
 )
 """In the order in which they run: what is judged first."""
 

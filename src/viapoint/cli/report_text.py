@@ -35,7 +35,7 @@ def print_report(session: Session, peaks: Peaks, diagnostics: list[Diagnostic], 
         print_table(("t s", "line", "event", ""), shortened(rows), ">><<")
         print()
     _print_limits(limits_report(session))
-    if session.kernel.outlet.feed.adds:
+    if session.kernel.outlet.feed.leads_off:
         _print_deviation(deviation_report(session))
     print(_summary(session, name))
     if diagnostics:

@@ -171,6 +171,42 @@ corner_2 = [1500, 1000, 3500]
         something else. Every axis brakes by itself within its limits, and the run ends.""",
     ),
     entry(
+        "E440",
+        "belt leads out of reach",
+        """Following a conveyor the robot would leave its reach, or a joint its range: when it has coupled, or
+        later. Before coupling nothing has moved; later every axis brakes by itself within its limits. The
+        message has the place of the belt. Begin or end the tracked section earlier, or work further in.""",
+        Example(
+            program="TRK 1\nWAIT 20\nTRK 0\n",
+            cell=f"{_ROBOT}home = [0, 0, 60, 0, 30, 0]\n[[conveyors]]\nindex = 1\ncounts_per_mm = 100\n",
+            scenario="[[conveyor]]\nindex = 1\nspeed_mm_s = [[0, -100]]\n",
+        ),
+    ),
+    entry(
+        "E441",
+        "belt too fast for a joint",
+        """The belt, with the motion programmed on it, asks more of a joint than its limits allow. Slow
+        belt or motion down, raise controller.tracking_reserve, or work where the joints turn less.""",
+        Example(
+            program="MJ J2=20 J5=30 F50\nTRK 1\nTRK 0\n",
+            cell=_ROBOT + "[[conveyors]]\nindex = 1\ncounts_per_mm = 100\n",
+            scenario="[[conveyor]]\nindex = 1\nspeed_mm_s = [[0, 9000]]\n",
+        ),
+    ),
+    entry(
+        "E442",
+        "belt left behind",
+        """The robot, coupled to a conveyor, came further away from it than its max_lag_mm allows: the belt
+        changes its speed faster than the reserve of the limits lets the robot follow. Every axis brakes by
+        itself within its limits. Let the belt change its speed more slowly, raise
+        controller.tracking_reserve or max_lag_mm.""",
+        Example(
+            program="MJ J2=20 J5=30 F50\nTRK 1\nWAIT 3\nTRK 0\n",
+            cell=_ROBOT + "[[conveyors]]\nindex = 1\ncounts_per_mm = 100\n",
+            scenario="[[conveyor]]\nindex = 1\nspeed_mm_s = [[0, 0], [2.5, 0], [2.51, 200]]\n",
+        ),
+    ),
+    entry(
         "E450",
         "robots that wait for each other",
         """Several robots of a cell wait, each for something that only another one of them could bring: a

@@ -226,12 +226,21 @@ half_angle_deg = 30
     ),
     entry(
         "E390",
-        "conveyor tracking",
-        """TRK compiles, but this version cannot run it: the path would have to follow the belt. Run the
-        program without the tracked section.""",
+        "conveyor tracking on a track",
+        """TRK compiles, but this version cannot run it in a cell with an auxiliary axis that carries the
+        robot: belt and base would both move. Run the program without the tracked section.""",
         Example(
             program="MJ J5=30 F50\nTRK 1\nML X=1700 F100\nTRK 0\n",
-            cell=f"{_ROBOT}[[conveyors]]\nindex = 1\ncounts_per_mm = 100\n",
+            cell=f"""{_ROBOT}[[conveyors]]
+index = 1
+counts_per_mm = 100
+[auxiliary_axes.E1]
+kind = "linear"
+carries_robot = true
+range = [0, 3000]
+speed = 1000
+acceleration = 3000
+""",
         ),
     ),
     entry(

@@ -138,6 +138,10 @@ class AxisPath:
         self.length += _STANDING
         self._last = place[0].copy()
 
+    def rebase(self, q: Floats) -> None:
+        """What is put onto the end from now on begins at joints q (n,)."""
+        self._last = np.concatenate((q, self._last[self.n :]))
+
     def values(self, s: Floats) -> Floats:
         """Limited axes (N, n + k + 2) at s (N,)."""
         return self.everything(s)[:, :-2]

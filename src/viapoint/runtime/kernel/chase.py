@@ -37,6 +37,7 @@ class Chase:
     def __init__(self, speed: float, acceleration: float, jerk: float, tick: float) -> None:
         self.speed = speed
         self.acceleration = acceleration
+        self.jerk = jerk
         self._tick = tick
         self._solver = ruckig.Ruckig(1)
         self._found = ruckig.Trajectory(1)
@@ -66,6 +67,30 @@ class Chase:
             return self.stop(now)
         (away,), (closing,), (acceleration,) = self._found.at_time(self._tick)
         return Follower(ahead + away, rate + closing, acceleration)
+
+    def duration(self, away: float, closing: float) -> float:
+        """Time from rest beside a target, with so much to go and a rate seen from it, to be on it; s."""
+        ask = self._ask
+        ask.current_position, ask.current_velocity, ask.current_acceleration = [away], [closing], [0.0]
+        ask.max_velocity, ask.min_velocity = [self.speed + closing], [closing - self.speed]
+        return float(self._found.duration) if self._solve(ask) else 0.0
+
+    def within(self, other: Chase) -> Chase:
+        """Under the lower limits of both."""
+        return Chase(
+            min(self.speed, other.speed),
+            min(self.acceleration, other.acceleration),
+            min(self.jerk, other.jerk),
+            self._tick,
+        )
+
+    def scaled(self, share: float) -> Chase:
+        """With so much of acceleration and jerk."""
+        return Chase(self.speed, share * self.acceleration, share * self.jerk, self._tick)
+
+    def overshoot(self, closing: float, acceleration: float) -> float:
+        """About how far a state beside a target leads away from it before the jerk limit turns it; m."""
+        return float(abs(closing) ** 1.5 / self.jerk**0.5 + abs(acceleration) ** 3 / self.jerk**2)
 
     def stop(self, now: Follower) -> Follower:
         """The state one tick on, on the way to rest wherever that is soonest."""

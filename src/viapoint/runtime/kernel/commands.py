@@ -30,6 +30,11 @@ class Commands(ABC):
     _frontier = 0.0  # s up to which the program has been executed
 
     @property
+    def over(self) -> bool:
+        """The run has ended, well or not."""
+        return self.state.over
+
+    @property
     def held(self) -> bool:
         """Whether it is halted, or about to be."""
         return self._hold is Hold.HALT

@@ -42,6 +42,11 @@ class Company(Commands):
     def _next_row(self, s: Floats) -> int | None:
         """Row of the next ticks, whose places are s (N,), in which something happens; None: in none."""
 
+    @property
+    def statements(self) -> int:
+        """Statements executed so far, by the robot."""
+        return self.execution.statements
+
     # --- common ticks --------------------------------------------------------------------------------
 
     def undisturbed(self, ticks: int) -> int:

@@ -57,6 +57,8 @@ class Execution:
         self.ended = False
         """The program's end has been executed."""
         self.blocks = Blocks(planner.route, mover, trace)
+        self.track: Callable[[Track], None] = lambda call: None
+        """What a TRK does when the path has reached it."""
         self.on_path = OnPath(planner.route, mover, trace.tick_s)
         self.pulses = Pulses()
         self._buffer = buffer
@@ -120,7 +122,7 @@ class Execution:
                 self.tangent = offset if on else None
                 trace.emit("tangent", line, on=on, offset_deg=offset)
             case Track():
-                pass  # switching off what is not on
+                self.track(call)
             case _:
                 assert_never(call)
         self._buffer.executed()
@@ -161,7 +163,9 @@ class Execution:
     def passable(self, entry: Entry) -> bool:
         """Whether an action takes effect on a moving path; others, and motions, need their place first."""
         match entry.call:
-            case SetOutput() | SetLevel() | Pulse() | Track():
+            case Track():
+                return False
+            case SetOutput() | SetLevel() | Pulse():
                 return True
             case Tangent(on=on, offset=offset):
                 return (offset if on else None) == self.tangent

@@ -10,29 +10,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
-from viapoint.language.units import DEG, MM
+from viapoint.language.units import MM
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.failure import ExecutionError
 from viapoint.runtime.kernel.letdown import braking, stopping
 from viapoint.runtime.kernel.motion import Rows
 from viapoint.runtime.kernel.offsets import Correction, Place, Sensor
+from viapoint.runtime.kernel.refusals import FOLLOWING, HINTS, SLACK, Obstacle, exceeded, leaves_range
 from viapoint.runtime.kernel.route import Route
 from viapoint.runtime.kernel.smoothing import Smoother, gaussian
+from viapoint.runtime.kernel.tracker import Phase, Tracker
 from viapoint.runtime.records import Bools, Floats
 from viapoint.runtime.robots import JointLimits
 from viapoint.runtime.signals import CorrectionScript, Scenario
 
 _HISTORY: Final = 3
 """Rows behind the present one that differences up to the jerk need."""
-
-_SLACK: Final = (1.0 + 1e-6, 1.0 + 1e-6, 1.05, 1.0 + 1e-6)
-_QUANTITIES: Final = ("speed", "acceleration", "jerk", "speed")
-"""What is checked, ÷ limit at most: as the kernel promises, and rounding. Last the speed while braking."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,13 +40,6 @@ class Sent(Rows):
     deviation: Floats
 
 
-class _Obstacle(NamedTuple):
-    """Why a row cannot be sent."""
-
-    code: str
-    reason: str
-
-
 @dataclass(frozen=True, slots=True)
 class Stand:
     """What the robot is doing while rows are sent: tool, source line, and whether it is being stopped."""
@@ -56,6 +47,8 @@ class Stand:
     tool: int
     line: int
     stopping: bool
+    held: bool
+    """Whether anything keeps the path from going on."""
     factor: float
     """Acceleration and jerk limits are taken so many times: more than 1 in an emergency stop."""
 
@@ -94,6 +87,8 @@ class Feed:
         self._route = route
         sources: list[CorrectionScript | Sensor] = [*scripts, *sensors]
         self._corrections = [Correction(source, cell) for source in sources]
+        self.tracker = Tracker(cell, scenario)
+        self._along: Floats = np.zeros(3)  # direction of the belt that is followed
         self._by_tick = bool(sensors)
         self._framed = any(correction.frame == "frame" for correction in self._corrections)
         self._settling = cell.filter.ticks
@@ -123,12 +118,22 @@ class Feed:
     @property
     def adds(self) -> bool:
         """Whether anything is ever added to the path."""
-        return self.displaces or self._settling > 0
+        return self.displaces or self._settling > 0 or bool(self.tracker.belts)
 
     @property
     def displaces(self) -> bool:
-        """Whether there are corrections: the robot may move although its path stands."""
-        return bool(self._corrections)
+        """Whether there are corrections, or a belt: the robot may move although its path stands."""
+        return bool(self._corrections) or self.tracker.phase is not Phase.OFF
+
+    @property
+    def leads_off(self) -> bool:
+        """Whether set points are meant to be off the path: by corrections, or the filter."""
+        return bool(self._corrections) or self._settling > 0
+
+    @property
+    def filters(self) -> bool:
+        """Whether set points are later than the path."""
+        return self._settling > 0
 
     @property
     def settling(self) -> bool:
@@ -142,7 +147,10 @@ class Feed:
             rows, count = _cut(rows, 1), 1
         rows, self._factor = self._padded(rows, count), stand.factor
         self._path_rows = rows.columns
-        if self.displaces:
+        if not self.displaces:
+            self._rows = np.concatenate((self._past, rows.columns))
+            self._deviations, self._joint_steps = self._nothing(len(rows.s))
+        else:
             found = self._displaced(rows, first, stand)
             if found is None:
                 return None
@@ -162,6 +170,7 @@ class Feed:
         self._planned = self._path_rows[count - 1]
         for correction in self._corrections:
             correction.commit(count)
+        self.tracker.commit(count)
         if self._settling:
             self._smoother.commit(count)
             rest = None if self._rest is None else self._rest + count
@@ -183,6 +192,14 @@ class Feed:
         self.down = len(self._braking) == 0
         return columns
 
+    def move_path(self, q: Floats, along: Floats) -> None:
+        """From now on the path has its joints (n,) there, and the belt displaces the TCP along a direction.
+
+        The robot does not move by that.
+        """
+        self._planned = np.concatenate((q, self._planned[len(q) :]))
+        self._along = along
+
     def resting(self, s: float, count: int) -> Rows:
         """So many rows of a path that stands at s."""
         return Rows(np.full(count, s), np.tile(self._planned, (count, 1)), arrived=False)
@@ -192,16 +209,21 @@ class Feed:
     def _displaced(self, rows: Rows, first: int, stand: Stand) -> Rows | None:
         """Rows with the corrections; cut before the first that cannot be sent."""
         n = self._cell.robot.joint_count
+        belt = self._belt_way(rows, first, stand)
+        rows = _cut(rows, len(belt))
         q = rows.columns[:, :n]
         try:
             X, offset = self._offset(rows, q, first, stand)
         except ExecutionError as error:
             self.failure = error
             return None
-        if offset is None:
+        self._deviations, self._joint_steps = self._nothing(len(q))
+        if offset is not None:
+            self._deviations = np.linalg.norm(offset, axis=1)
+        elif not belt.any():
             self._rows = np.concatenate((self._past, rows.columns))
-            self._deviations, self._joint_steps = np.zeros(len(q)), np.zeros_like(q)
             return rows
+        offset = belt if offset is None else offset + belt
         active: Bools = np.any(offset != 0.0, axis=1)  # other rows stay as they are, bit for bit
         X[:, :3, 3] += offset
         robot = self._cell.robot
@@ -210,15 +232,29 @@ class Feed:
             X[active], robot.configuration(q[active]), q[active]
         )
         self._rows = np.concatenate((self._past, columns))
-        self._deviations = np.linalg.norm(offset, axis=1)
-        self._joint_steps = np.abs(columns[:, :n] - q)
+        if not self.tracker.active:
+            self._joint_steps = np.abs(columns[:, :n] - q)
         good, why = self._sendable(reachable, stand)
+        if (behind := self.tracker.behind()) is not None and behind < good:
+            good, why = behind, Obstacle("E442", self.tracker.how_far_behind(behind))
         if good == 0:
             self.failure = self._refusal(why, first, stand.line)
             return None
         if good == len(q):
             return replace(rows, columns=columns)
         return _cut(replace(rows, columns=columns), good)
+
+    def _belt_way(self, rows: Rows, first: int, stand: Stand) -> Floats:
+        """What the belt adds to rows, (M, 3) m in the base: up to the next thing that happens with it."""
+        tracker, count = self.tracker, len(rows.s)
+        if tracker.active:
+            places = tracker.offsets(first, count, stopping=stand.stopping, held=stand.held)
+            return places[:, None] * self._along
+        waiting = tracker.phase is Phase.WAITING
+        return np.zeros((tracker.rows(first, count) if waiting else count, 3))
+
+    def _nothing(self, count: int) -> tuple[Floats, Floats]:
+        return np.zeros(count), np.zeros((count, self._cell.robot.joint_count))
 
     def _offset(self, rows: Rows, q: Floats, first: int, stand: Stand) -> tuple[Floats, Floats | None]:
         """Flange poses (N, 4, 4) of joints q (N, n), and what corrections add, (N, 3) m in the base."""
@@ -245,7 +281,7 @@ class Feed:
         rotations = np.array([self._cell.frames[k].X_base_frame[:3, :3] for k in used.tolist()])
         return np.asarray(rotations[inverse])
 
-    def _sendable(self, reachable: Bools, stand: Stand) -> tuple[int, _Obstacle | None]:
+    def _sendable(self, reachable: Bools, stand: Stand) -> tuple[int, Obstacle | None]:
         """How many rows can be sent so that the axes can still brake; what is wrong with the next one."""
         n, driven = self._cell.robot.joint_count, len(self._limits[0])
         axes = self._rows[:, :driven]
@@ -257,13 +293,13 @@ class Feed:
             factor[row] = max(stand.factor, *self._factors[row:])
         ratios = [
             np.abs(size) / (limit * slack * (factor if order else 1.0))
-            for order, (size, limit, slack) in enumerate(zip(differences, self._limits, _SLACK, strict=False))
+            for order, (size, limit, slack) in enumerate(zip(differences, self._limits, SLACK, strict=False))
         ]
         top, way = stopping(
             differences[0] + 0.5 * self._cell.tick * differences[1], differences[1], *self._limits[1:]
         )
         if stand.factor == 1.0:  # an emergency stop is braking already
-            ratios.append(np.abs(top) / (self._limits[0] * _SLACK[-1]))
+            ratios.append(np.abs(top) / (self._limits[0] * SLACK[-1]))
         limits = self._cell.robot.limits
         stop = axes[_HISTORY:, :n] + way[:, :n]
         good = reachable & (limits.contain(axes[_HISTORY:, :n]) & limits.contain(stop)).all(axis=1)
@@ -273,17 +309,18 @@ class Feed:
             return len(good), None
         row = int(np.argmin(good))
         if not reachable[row]:
-            return row, _Obstacle("E430", "the robot does not reach there")
-        return row, _exceeded([each[row] for each in ratios]) or _leaves_range(limits, stop[row])
+            return row, Obstacle("E430", "the robot does not reach there")
+        return row, exceeded([each[row] for each in ratios]) or leaves_range(limits, stop[row])
 
-    def _refusal(self, why: _Obstacle | None, tick: int, line: int) -> ExecutionError:
+    def _refusal(self, why: Obstacle | None, tick: int, line: int) -> ExecutionError:
         assert why is not None, "a row was refused"
         size = float(self._deviations[0]) / MM
         t = tick * self._cell.tick
-        message = (
-            f"corrections displace the TCP by {size:.2f} mm in tick {tick} (t = {t:.3f} s): {why.reason}"
-        )
-        return ExecutionError(why.code, message, line, _HINTS.get(why.code))
+        code, what = why.code, f"corrections displace the TCP by {size:.2f} mm"
+        if self.tracker.active:
+            code, what = FOLLOWING.get(code, code), f"{self.tracker.where(tick)} is followed"
+        message = f"{what} in tick {tick} (t = {t:.3f} s): {why.reason}"
+        return ExecutionError(code, message, line, HINTS.get(code))
 
     # --- filter ----------------------------------------------------------------------------------------
 
@@ -308,8 +345,6 @@ class Feed:
 
     def _filtered(self, rows: Rows, tool: int) -> Sent:
         """Rows behind the filter; at rest when all that the filter sees is."""
-        if not self.displaces:
-            self._rows = np.concatenate((self._past, rows.columns))
         smooth = self._smoother.smooth(np.column_stack((rows.columns, rows.s)))
         columns, s = smooth[:, :-1], smooth[:, -1]
         arrived = rows.arrived and self._rest is not None and self._rest + len(s) == self._settling
@@ -329,31 +364,6 @@ class Feed:
         fk, X_flange_tool = self._cell.robot.fk, self._cell.tools[tool].X_flange_tool
         apart = (fk(q) @ X_flange_tool - fk(path) @ X_flange_tool)[:, :3, 3]
         return np.asarray(np.linalg.norm(apart, axis=1))
-
-
-_HINTS: Final = {
-    "E430": "limit the correction, or keep the path further inside the robot's reach",
-    "E431": "lower max_rate, raise controller.tracking_reserve, or keep away from singular poses",
-}
-
-
-def _exceeded(ratios: Sequence[Floats]) -> _Obstacle | None:
-    """What is wrong with a row of these ratios to what is allowed, (m,) each."""
-    for each, slack, name in zip(ratios, _SLACK, _QUANTITIES, strict=False):
-        k = int(np.argmax(each))
-        if each[k] > 1.0:
-            times = np.ceil(each[k] * slack * 100.0) / 100.0
-            return _Obstacle("E431", f"J{k + 1} would need {times:.2f} times its {name} limit")
-        if not np.isfinite(each).all():
-            return _Obstacle("E490", "a joint is no finite number")
-    return None
-
-
-def _leaves_range(limits: JointLimits, stop: Floats) -> _Obstacle:
-    """Joints (n,) would come to rest at `stop`, outside their range."""
-    k = int(np.argmin(limits.contain(stop)))
-    low, high = limits.lower[k] / DEG, limits.upper[k] / DEG
-    return _Obstacle("E430", f"J{k + 1} comes to the end of its range {low:g} … {high:g} deg")
 
 
 def _cut(rows: Rows, count: int) -> Rows:

@@ -15,7 +15,6 @@ import numpy as np
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.breaks import HERE, Breaks, Start
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
-from viapoint.runtime.kernel.company import Company
 from viapoint.runtime.kernel.dialogue import Dialogue, Interpreter
 from viapoint.runtime.kernel.execution import Execution
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
@@ -28,6 +27,7 @@ from viapoint.runtime.kernel.planner import Planner
 from viapoint.runtime.kernel.searching import Searching
 from viapoint.runtime.kernel.states import Hold, State
 from viapoint.runtime.kernel.trace import Trace
+from viapoint.runtime.kernel.tracking import Tracking
 from viapoint.runtime.kernel.unsupported import refusal
 from viapoint.runtime.kernel.zones import ExclusiveZones, ZoneAccess
 from viapoint.runtime.records import Event, Floats, Ints, Window
@@ -35,7 +35,7 @@ from viapoint.runtime.signals import SignalWorld
 from viapoint.vm.ports import Barrier, End, Failed, Motion
 
 
-class Kernel(Company):
+class Kernel(Tracking):
     """Runs calls of an interpreter on the robot of a cell.
 
     `dialogue` is the interpreter's MotionPort and WorldPort. `advance` moves time on; events go to
@@ -76,6 +76,7 @@ class Kernel(Company):
         room_for = self.outlet.room_for
         self.execution = Execution(self._buffer, world, self.trace, self.planner, self.mover, room_for)
         self.execution.tool = start.tool
+        self.execution.track, self.planner.tracks = self.track, True
         self.dialogue = Dialogue(cell, world, self._buffer, self.trace, self._travelled_mm, patient=patient)
         self.searching = Searching(world, self.dialogue, self.planner, self.mover)
         self._passing = Passing(
@@ -110,16 +111,6 @@ class Kernel(Company):
     def fill(self) -> int:
         """Entries in the motion buffer."""
         return self._buffer.fill
-
-    @property
-    def statements(self) -> int:
-        """Statements executed so far, by the robot."""
-        return self.execution.statements
-
-    @property
-    def over(self) -> bool:
-        """The run has ended, well or not."""
-        return self.state.over
 
     def begin(self, interpreter: Interpreter) -> Window:
         """Take the program on; returns tick 0, after all that happens in it."""
@@ -271,15 +262,19 @@ class Kernel(Company):
         while not self.over:
             if self.guard.alarm is not None:
                 raise self.guard.alarm
+            keeps = self.belt_keeps()
             if self._hold in (Hold.STOP, Hold.EMERGENCY):
-                self.state = State.STOPPED if self._hold is Hold.STOP else State.EMERGENCY
+                at_rest = State.STOPPED if self._hold is Hold.STOP else State.EMERGENCY
+                self.state = State.COUPLING if keeps else at_rest
                 return
             if self._astray():
                 return
             if self.execution.ended:  # and back where it ended, after a step back
                 self.state = State.FINISHED
                 return
-            entry = None if self.execution.dwell_until is not None else self.execution.front
+            entry = None if keeps or self.execution.dwell_until is not None else self.execution.front
+            if entry is not None and self.leaves_belt(entry.call):
+                continue
             if entry is not None and self.breaks.halts(entry, self.line):
                 self.state, self._hold = State.HALTED, Hold.HALT
                 return
@@ -294,6 +289,9 @@ class Kernel(Company):
                 pass
             elif self.execution.dwell_until is not None:
                 self.state = State.DWELLING
+                return
+            elif keeps:
+                self.state = State.COUPLING
                 return
             elif self._held:
                 self.state = State.HALTED

@@ -65,7 +65,9 @@ class Outlet:
         if self.feed.adds:
             stopping = now.hold in (Hold.STOP, Hold.EMERGENCY)
             factor = self._emergency_factor if now.hold is Hold.EMERGENCY else 1.0
-            sent = self.feed.send(rows, first, count, Stand(now.tool, now.line, stopping, factor))
+            sent = self.feed.send(
+                rows, first, count, Stand(now.tool, now.line, stopping, now.hold is not Hold.NONE, factor)
+            )
             if sent is None:
                 return None
             rows = sent
@@ -73,7 +75,7 @@ class Outlet:
 
     def follows(self, law: TimeLaw | None, tick: int) -> bool:
         """Whether the path is at the end of its law after `tick`, while what the filter sends follows."""
-        return self.feed.adds and law is not None and law.t_end <= (tick + 1) * self._tick
+        return self.feed.filters and law is not None and law.t_end <= (tick + 1) * self._tick
 
     def take(self, rows: Rows, first: int, told: Ints, now: Present) -> Window:
         """The window of as many of the rows offered last as `told` (N, 3) has. They are sent."""

@@ -71,6 +71,10 @@ class Planner:
         """Where the path enters and leaves exclusive zones."""
         self.crossed: Callable[[Passage], None] | None = None
         """Told of them too, by their place on the route."""
+        self.tracks = False
+        """Whether TRK is a barrier: what lies behind it depends on where the belt is then."""
+        self._barred = False
+        self._aborted: MotionError | None = None  # behind the barrier
         self._buffer = buffer
         self._resolver = Resolver(cell, q_start)
         self._tolerance = cell.path_tolerance
@@ -86,9 +90,7 @@ class Planner:
         self._last = -1  # tag of the last motion
         self._forced_by: dict[int, int] = {}  # tag of a motion to the line that makes its end a stop
         self.monitor = Monitor(cell)
-        if self.monitor.active:
-            guard = PathGuard(self.monitor, self.route.tool_of, self._cross)
-            self.route.axes.inspect = guard.inspect
+        self._watch_path()
 
     def _cross(self, crossing: ZoneCrossing) -> None:
         self.zone_crossings.append(crossing)
@@ -116,11 +118,13 @@ class Planner:
         True if there was anything to plan. A batch of entries is planned at a time, since many at once
         cost less than one by one.
         """
-        if self.failure is not None or self._buffer.to_plan() is None or self._sees(s):
+        if self.failure is not None or self._barred or self._buffer.to_plan() is None or self._sees(s):
             return False
         try:
             batch = self._buffer.planner + _BATCH if np.isfinite(s) else None
-            while (entry := self._buffer.to_plan()) is not None and entry.number != batch:
+            while (
+                (entry := self._buffer.to_plan()) is not None and entry.number != batch and not self._barred
+            ):
                 self._plan(entry)
                 self._buffer.planned()
         except MotionError as error:
@@ -172,8 +176,29 @@ class Planner:
     def abort(self, error: MotionError) -> None:
         """The interpreter cannot go on: what is in the buffer is still run, then `error` stands."""
         self.plan()
-        if self.failure is None:
+        if self._barred:
+            self._aborted = self._aborted or error
+        elif self.failure is None:
             self._fail(error)
+
+    def go_on(self) -> None:
+        """Plan what lies behind a TRK."""
+        self._barred = False
+        if self._aborted is not None:
+            error, self._aborted = self._aborted, None
+            self.abort(error)
+
+    def rebase(self, q: Floats, shift: Floats) -> None:
+        """At a TRK: the path goes on from joints q (n,), with all frames displaced by `shift` (3,) m."""
+        self.route.rebase(q)
+        self._resolver.rebase(q, shift)
+        self._watch_path(planned=not shift.any())  # a belt's path is looked at where it really is, per tick
+        self.go_on()
+
+    def _watch_path(self, *, planned: bool = True) -> None:
+        if self.monitor.active:
+            guard = PathGuard(self.monitor, self.route.tool_of, self._cross)
+            self.route.axes.inspect = guard.inspect if planned else None
 
     def _plan(self, entry: Entry) -> None:
         match entry.call:
@@ -191,10 +216,12 @@ class Planner:
                     self.close(line)
             case SetOutput() | SetLevel() | Pulse() as write:
                 self._check_output(write)
-            case Track(line=line, conveyor=0):
+            case Track(line=line, conveyor=conveyor):
+                if conveyor and self._resolver.rides:
+                    what = "conveyor tracking (TRK) with an axis that carries the robot cannot be run yet"
+                    raise PlanningError("E390", what, line)
                 self.close(line)
-            case Track(line=line):
-                raise PlanningError("E390", "conveyor tracking (TRK) cannot be run yet", line)
+                self._barred = self.tracks
             case Tangent(line=line, on=on, offset=offset):
                 self._tangent(offset * DEG if on else None, line)
 

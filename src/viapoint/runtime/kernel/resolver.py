@@ -111,6 +111,7 @@ class Resolver:
         self._moved: dict[int, Frame] = {}
         self.offset: float | None = None
         """rad between tool and heading while the tool is tangential; None: it is not."""
+        self._shift: Floats = np.zeros(3)  # of all frames, with the belt that is followed
         self._joint_before = False
         self._inverse = (np.eye(4), np.eye(4))  # the last tool and X_tool_flange
         self._edge_before = 0.0  # R of the last motion, mm
@@ -162,6 +163,16 @@ class Resolver:
         """Go on where a tangential tool has left this."""
         self.offset = tangency.offset
         self.stand = replace(self.stand, R_programmed=tangency.R_programmed)
+
+    @property
+    def rides(self) -> bool:
+        """Whether an auxiliary axis carries the robot."""
+        return self._auxiliary.carrier is not None
+
+    def rebase(self, q: Floats, shift: Floats) -> None:
+        """The next motion starts in joints q (n,), in frames that are displaced by `shift` (3,) m."""
+        self.begin_anew(q, self.stand.e)
+        self._shift = shift
 
     def arrive(self, q: Floats) -> None:
         """The path as rounded stops here in joints q (n,).
@@ -239,7 +250,7 @@ class Resolver:
         target = motion.target
         if motion.kind is MotionKind.HOME:
             q = np.asarray(self.cell.home, dtype=np.float64)
-        elif (taught := self._taught_joints(target, motion)) is not None:
+        elif not self._shift.any() and (taught := self._taught_joints(target, motion)) is not None:
             q = taught
         elif target.point is None and not target.coordinates:
             q = self._with_joints(self.stand.q, motion)
@@ -326,7 +337,9 @@ class Resolver:
         if target.point is not None:
             joints = self._taught_joints(target, motion)
             if joints is not None:
-                return np.asarray(self.robot.fk(joints) @ X_flange_tool)
+                X = self.robot.fk(joints) @ X_flange_tool
+                X[:3, 3] += self._shift
+                return np.asarray(X)
             point = self._point(target.point)
             pose = None if point is None else point.pose
             assert pose is not None, "a point is taught as a pose or as joints"
@@ -378,10 +391,10 @@ class Resolver:
         frame = self._moved.get(motion.frame) or self.cell.frames.get(motion.frame)
         if frame is None:
             raise PlanningError("E312", f"frame Z{motion.frame} is not defined in the cell", motion.line)
-        if motion.frame == 0 or self._auxiliary.carrier is None:
-            return frame.X_base_frame
         X_base_frame = frame.X_base_frame.copy()
-        X_base_frame[0, 3] -= e[self._auxiliary.carrier]
+        X_base_frame[:3, 3] += self._shift
+        if motion.frame != 0 and self._auxiliary.carrier is not None:
+            X_base_frame[0, 3] -= e[self._auxiliary.carrier]
         return X_base_frame
 
     def _check_range(self, q: Floats, motion: Motion) -> None:

@@ -73,6 +73,7 @@ class Route:
         self._rules = GrowingRows(len(SpeedRule._fields))  # beside `_bounds_at`
         self._fastest: list[float] = []  # the speed programmed there, in its motion's measure
         self._frames: list[int] = []
+        self._wall = 0.0  # s before which the path is not travelled back
 
     @property
     def end(self) -> float:
@@ -191,7 +192,13 @@ class Route:
     def stop_before(self, s: float) -> float:
         """The last exact stop before s that is still kept, or where the kept route begins."""
         k = bisect.bisect_left(self.stops, s) - 1
-        return max(self.stops[k], self.begin) if k >= 0 else min(self.begin, s)
+        return max(self.stops[k], self.begin, min(self._wall, s)) if k >= 0 else min(self.begin, s)
+
+    def rebase(self, q: Floats) -> None:
+        """The path goes on from joints q (n,), at rest; it is not travelled back from there."""
+        self.axes.rebase(q)
+        self._wall = self.end
+        self._configuration = None
 
     def breaks(self, s_from: float, s_to: float) -> Floats:
         """Places inside (s_from, s_to) where higher derivatives or the programmed speed may jump."""

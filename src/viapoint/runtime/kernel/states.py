@@ -17,6 +17,7 @@ class State(Enum):
     DWELLING = "dwelling"
     WAITING = "waiting"
     POLLING = "polling"
+    COUPLING = "coupling"
     HALTED = "halted"
     EMERGENCY = "emergency stop"
     STOPPED = "stopped"
