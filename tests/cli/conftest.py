@@ -2,34 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from cli_runs import Outcome, RunCli
 
 from viapoint.cli import main
 
 FILES = Path(__file__).parent / "files"
-
-
-@dataclass(frozen=True)
-class Outcome:
-    code: int
-    out: str
-    err: str
-
-    @property
-    def transcript(self) -> str:
-        """As a golden file shows it."""
-        parts = [f"exit code {self.code}"]
-        for name, text in (("standard output", self.out), ("standard error", self.err)):
-            if text:
-                parts.append(f"--- {name}\n{text.rstrip()}")
-        return "\n".join(parts)
-
-
-RunCli = Callable[..., Outcome]
 
 
 @pytest.fixture

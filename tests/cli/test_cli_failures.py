@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-
-from conftest import RunCli
+from cli_runs import RunCli
 
 HOME = [-52.125, 19.267, 25.819, 0.0, 44.914, -52.125]
 """deg: X=1050 Y=−1350 Z=1500, tool down."""

@@ -138,12 +138,12 @@ class Planner:
 
     def place(self, what: Point | Frame) -> None:
         """A live point or frame is here from now on."""
-        self._resolver.place(what)
+        self._resolver.places.place(what)
 
     def keep(self, point: int, motion: Motion, s: float) -> None:
         """The point of the cell becomes the pose at s, in the frame of `motion`."""
         q, e = self._stand(s)
-        self._resolver.keep(point, motion, q, e)
+        self._resolver.places.keep(point, motion, q, e)
 
     def end_here(self, tag: int, s: float) -> float:
         """Motion `tag`, behind which nothing is planned, ends at s; s of that place from now on."""
@@ -205,7 +205,7 @@ class Planner:
             case Motion() as motion:
                 self._motion(motion, entry.number)
             case SelectTool(line=line, tool=tool):
-                self._resolver.tool(tool, line)
+                self._resolver.places.tool(tool, line)
                 if tool != self._tool:
                     self.close(line)
                     self._tool = tool

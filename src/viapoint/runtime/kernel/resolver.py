@@ -1,7 +1,7 @@
 """From a motion as programmed (indices, mm, deg) to a move of the path (poses, joints, SI).
 
-Looks up points, frames, tools and speeds in the cell, fills in what a statement leaves out, chooses
-among joint solutions, and knows the joints at the end of every motion. Errors name the line.
+Fills in what a statement leaves out, chooses among joint solutions, and knows the joints at the end of
+every motion. Errors name the line. Not here: what points, frames and tools are (`places`).
 """
 
 from __future__ import annotations
@@ -12,11 +12,12 @@ from typing import Final
 import numpy as np
 
 from viapoint.language.units import DEG, MM
-from viapoint.runtime.cell import Cell, Frame, Point
+from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.doubt import edge_in_doubt, rounding_margin
 from viapoint.runtime.kernel.failure import PlanningError
 from viapoint.runtime.kernel.joints import end_joints, motion_target, tcp_kinematics
+from viapoint.runtime.kernel.places import Places
 from viapoint.runtime.kernel.speeds import UNBOUND, SpeedRule, speed_rule
 from viapoint.runtime.kernel.stretch import PathLimits, Stretch
 from viapoint.runtime.path import (
@@ -107,11 +108,9 @@ class Resolver:
         self.robot: Robot = cell.robot
         self._auxiliary = AuxiliaryAxes.of(cell)
         self.stand = Stand(q_start, self.robot.fk(q_start), self._auxiliary.start)
-        self._kept: dict[int, Point] = {}  # by searches, or moved; the others may be taught at any time
-        self._moved: dict[int, Frame] = {}
+        self.places = Places(cell)
         self.offset: float | None = None
         """rad between tool and heading while the tool is tangential; None: it is not."""
-        self._shift: Floats = np.zeros(3)  # of all frames, with the belt that is followed
         self._joint_before = False
         self._inverse = (np.eye(4), np.eye(4))  # the last tool and X_tool_flange
         self._edge_before = 0.0  # R of the last motion, mm
@@ -120,7 +119,7 @@ class Resolver:
 
     def resolve(self, motion: Motion, tag: int) -> Resolved:
         """The move of `motion`, which starts where the last one ended. Raises PlanningError."""
-        X_flange_tool = self.tool(motion.tool, motion.line)
+        X_flange_tool = self.places.tool(motion.tool, motion.line)
         try:
             if _KINDS[motion.kind] is MoveKind.JOINT:
                 resolved = self._joint_move(motion, tag, X_flange_tool)
@@ -137,22 +136,6 @@ class Resolver:
         """The robot stands in joints q (n,), auxiliary axes e (k,), wherever the last motion leads."""
         self.stand = Stand(q, self.robot.fk(q), e, self.stand.R_programmed)
         self._joint_before, self._sure = True, True
-
-    def place(self, what: Point | Frame) -> None:
-        """A live point or frame is here now."""
-        if isinstance(what, Point):
-            self._kept[what.index] = what
-        else:
-            self._moved[what.index] = what
-
-    def keep(self, index: int, motion: Motion, q: Floats, e: Floats) -> None:
-        """Point `index` becomes the pose of the TCP in joints q (n,), in the frame of a motion."""
-        X_base_tcp = self.robot.fk(q) @ self.tool(motion.tool, motion.line)
-        pose = invert_pose(self._frame(motion, e)) @ X_base_tcp
-        self._kept[index] = Point(index=index, name=None, pose=pose, joints=None)
-
-    def _point(self, index: int) -> Point | None:
-        return self._kept.get(index) or self.cell.points.get(index)
 
     @property
     def tangency(self) -> Tangency:
@@ -172,7 +155,7 @@ class Resolver:
     def rebase(self, q: Floats, shift: Floats) -> None:
         """The next motion starts in joints q (n,), in frames that are displaced by `shift` (3,) m."""
         self.begin_anew(q, self.stand.e)
-        self._shift = shift
+        self.places.shift = shift
 
     def arrive(self, q: Floats) -> None:
         """The path as rounded stops here in joints q (n,).
@@ -206,15 +189,8 @@ class Resolver:
         if self._edge_before == 0.0:
             return False
         e = self._auxiliary_target(motion)
-        q_target = self._joint_target(motion, self.tool(motion.tool, motion.line), e)
+        q_target = self._joint_target(motion, self.places.tool(motion.tool, motion.line), e)
         return edge_in_doubt(self.robot, self.stand.q, q_target, self._edge_before, 0)
-
-    def tool(self, index: int, line: int) -> Floats:
-        """X_flange_tool (4, 4) of a tool of the cell. Raises PlanningError."""
-        tool = self.cell.tools.get(index)
-        if tool is None:
-            raise PlanningError("E313", f"tool T{index} is not defined in the cell", line)
-        return tool.X_flange_tool
 
     def _from_tool(self, X_flange_tool: Floats) -> Floats:
         """X_tool_flange (4, 4)."""
@@ -241,23 +217,24 @@ class Resolver:
             q_target=end.q,
             joint_weights=np.where(self.robot.prismatic, DEG / MM / self.cell.mm_per_deg, 1.0),
             fk=tcp_kinematics(self.robot, X_flange_tool),
-            z_axis=self._frame(motion, end.e)[:3, 2],
+            z_axis=self.places.frame(motion, end.e)[:3, 2],
             corner=_corner(motion),
         )
         return self._with_auxiliary(move, end.e)
 
     def _joint_target(self, motion: Motion, X_flange_tool: Floats, e: Floats) -> Floats:
         target = motion.target
+        taught = None if self.places.shift.any() else self.places.taught_joints(target, motion)
         if motion.kind is MotionKind.HOME:
             q = np.asarray(self.cell.home, dtype=np.float64)
-        elif not self._shift.any() and (taught := self._taught_joints(target, motion)) is not None:
+        elif taught is not None:
             q = taught
         elif target.point is None and not target.coordinates:
-            q = self._with_joints(self.stand.q, motion)
+            q = self.places.with_joints(self.stand.q, motion)
         else:
             X = self._target_pose(target, motion, X_flange_tool, e) @ self._from_tool(X_flange_tool)
-            return motion_target(self.robot, X, self.stand.q, self._references(motion), motion.line)
-        self._check_range(q, motion)
+            return motion_target(self.robot, X, self.stand.q, self.places.references(motion), motion.line)
+        self.places.check_range(q, motion)
         return q
 
     def _path_move(self, motion: Motion, tag: int, X_flange_tool: Floats) -> Resolved:
@@ -277,7 +254,7 @@ class Resolver:
             target=_pose(target),
             via=via,
             angle=None if motion.angle is None else motion.angle * DEG,
-            z_axis=self._frame(motion, e)[:3, 2],
+            z_axis=self.places.frame(motion, e)[:3, 2],
             corner=_corner(motion),
         )
         if self.offset is not None:
@@ -300,7 +277,7 @@ class Resolver:
     def _tangential(self, motion: Motion, programmed: Move, e: Floats, X_flange_tool: Floats) -> Resolved:
         """A path motion whose tool keeps to the tangent: in which joints it ends is known when it is laid."""
         assert self.offset is not None, "asked for a tangential tool only"
-        how = Tangential(self._frame(motion, e)[:3, :3], self.offset, _orientation(programmed.start))
+        how = Tangential(self.places.frame(motion, e)[:3, :3], self.offset, _orientation(programmed.start))
         start = _pose(self._now(X_flange_tool))
         move = self._with_auxiliary(tangential_move(programmed, _orientation(start), how), e)
         if auxiliary_alone(move):
@@ -325,7 +302,7 @@ class Resolver:
 
     def _auxiliary_target(self, motion: Motion) -> Floats:
         """Where the auxiliary axes (k,) end: as the statement says, as its point does, or where they are."""
-        point = None if motion.target.point is None else self._point(motion.target.point)
+        point = None if motion.target.point is None else self.places.point(motion.target.point)
         return self._auxiliary.target(self.stand.e, motion.target, point, motion.line)
 
     def _with_auxiliary(self, move: Move, e: Floats) -> Move:
@@ -333,82 +310,19 @@ class Resolver:
 
     def _target_pose(self, target: Target, motion: Motion, X_flange_tool: Floats, e: Floats) -> Floats:
         """X_base_tcp (4, 4) of a target in the motion's frame, with the base where e (k,) has taken it."""
-        X_base_frame = self._frame(motion, e)
+        X_base_frame = self.places.frame(motion, e)
         if target.point is not None:
-            joints = self._taught_joints(target, motion)
+            joints = self.places.taught_joints(target, motion)
             if joints is not None:
                 X = self.robot.fk(joints) @ X_flange_tool
-                X[:3, 3] += self._shift
+                X[:3, 3] += self.places.shift
                 return np.asarray(X)
-            point = self._point(target.point)
+            point = self.places.point(target.point)
             pose = None if point is None else point.pose
             assert pose is not None, "a point is taught as a pose or as joints"
             return np.asarray(X_base_frame @ pose)
-        X_frame_now = invert_pose(self._frame(motion, self.stand.e)) @ self._now(X_flange_tool)
+        X_frame_now = invert_pose(self.places.frame(motion, self.stand.e)) @ self._now(X_flange_tool)
         return np.asarray(X_base_frame @ _with_coordinates(X_frame_now, dict(target.coordinates)))
-
-    def _taught_joints(self, target: Target, motion: Motion) -> Floats | None:
-        """Joints of a point taught in joint space; None for another target."""
-        if target.point is None:
-            return None
-        point = self._point(target.point)
-        if point is None:
-            known = ", ".join(f"P{n}" for n in sorted({*self.cell.points, *self._kept})[:8]) or "none"
-            raise PlanningError(
-                "E310",
-                f"point P{target.point} is not defined in the cell",
-                motion.line,
-                f"defined are {known}",
-            )
-        if point.joints is not None and target.joints:
-            raise PlanningError(
-                "E311",
-                f"P{target.point} is taught in joint space, so joint references have no meaning for it",
-                motion.line,
-                "leave the J parameters out",
-            )
-        return point.joints
-
-    def _references(self, motion: Motion) -> Floats:
-        """Joint references (n,), NaN where none is programmed."""
-        return self._with_joints(np.full(self.robot.joint_count, np.nan), motion)
-
-    def _with_joints(self, q: Floats, motion: Motion) -> Floats:
-        result, count = q.copy(), self.robot.joint_count
-        for number, value in motion.target.joints:
-            if number > count:
-                raise PlanningError(
-                    "E315", f"the robot has no joint J{number}: its last is J{count}", motion.line
-                )
-            result[number - 1] = value * (MM if self.robot.prismatic[number - 1] else DEG)
-        return result
-
-    def _frame(self, motion: Motion, e: Floats) -> Floats:
-        """X_base_frame (4, 4) of a motion's frame, with the base where auxiliary axes e (k,) have taken it.
-
-        Frame 0 goes with the base; the others stand where the cell says.
-        """
-        frame = self._moved.get(motion.frame) or self.cell.frames.get(motion.frame)
-        if frame is None:
-            raise PlanningError("E312", f"frame Z{motion.frame} is not defined in the cell", motion.line)
-        X_base_frame = frame.X_base_frame.copy()
-        X_base_frame[:3, 3] += self._shift
-        if motion.frame != 0 and self._auxiliary.carrier is not None:
-            X_base_frame[0, 3] -= e[self._auxiliary.carrier]
-        return X_base_frame
-
-    def _check_range(self, q: Floats, motion: Motion) -> None:
-        inside = self.robot.limits.contain(q)
-        if inside.all():
-            return
-        joint = int(np.argmin(inside))
-        limits = self.robot.limits
-        raise PlanningError(
-            "E303",
-            f"J{joint + 1} = {q[joint] / DEG:.1f} deg is outside its range "
-            f"{limits.lower[joint] / DEG:g}…{limits.upper[joint] / DEG:g} deg",
-            motion.line,
-        )
 
 
 def _pose(X: Floats) -> Pose:
