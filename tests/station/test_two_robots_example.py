@@ -1,0 +1,50 @@
+"""The example of two robots, as its page says to run it: the whole report, and the same in any window."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from viapoint.cli import main
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+COMMAND = ["run", "--cell", "two_robots/cell.toml", "--scenario", "two_robots/scenario.toml"]
+
+
+def report(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
+    assert main([*COMMAND, *options, "--format", "json"]) == 0
+    done: dict[str, Any] = json.loads(capsys.readouterr().out)
+    for robot in done["robots"]:
+        assert robot.pop("realtime_factor") > 0.0
+    return done
+
+
+def rounded(value: Any) -> Any:
+    match value:
+        case dict():
+            return {key: rounded(each) for key, each in value.items()}
+        case list():
+            return [rounded(each) for each in value]
+        case float():
+            return round(value, 3) + 0.0
+        case _:
+            return value
+
+
+def test_report(
+    check_golden: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(EXAMPLES)
+    done = report(capsys)
+    check_golden("station/two_robots.json", json.dumps(rounded(done), indent=1, ensure_ascii=False))
+    for robot in done["robots"]:
+        assert max(robot["limits"]["joint_jerk"]) <= 1.05
+        assert max(robot["limits"]["joint_acceleration"]) <= 1.0 + 1e-9
+
+
+def test_windows_change_nothing(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(EXAMPLES)
+    assert rounded(report(capsys, "--window", "100")) == rounded(report(capsys))
