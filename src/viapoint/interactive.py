@@ -54,6 +54,7 @@ class Interactive(Session):
             patient=True,
             listeners=listeners,
         )
+        self.kernel.goes_on = True
         self.finish()
 
     # --- programs ----------------------------------------------------------------------------------
@@ -136,19 +137,19 @@ class Interactive(Session):
 
     def resume(self) -> str | None:
         """Go on along the path after a halt, a step or a step back, to the next breakpoint."""
-        self.kernel.breaks.run_on()
         refused = super().resume()
         self._note_end()
         return refused
 
-    def step_on(self, statements: int = 1) -> None:
+    def step_on(self, statements: int = 1) -> str | None:
         """Go on, and halt on the path when so many statements have been executed; `run` does it."""
-        self.kernel.step(statements)
+        refused = self.kernel.step(statements)
         self._note_end()
+        return refused
 
-    def step_back(self) -> None:
+    def step_back(self) -> str | None:
         """Back along the path to where the motion before began; `run` does it."""
-        self.kernel.step_back()
+        return self.kernel.step_back()
 
     def stop(self) -> str | None:
         """Stop on the path within the limits and leave the program there; `run` does it."""
@@ -229,5 +230,6 @@ class Interactive(Session):
         self.kernel = Kernel(
             self.cell, self._world, self._hear, override=old.mover.override, patient=True, start=here
         )
+        self.kernel.goes_on = True
         self.kernel.planner.laid = old.planner.laid
         self.kernel.execution.blocks.paced = old.execution.blocks.paced

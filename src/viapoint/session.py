@@ -265,9 +265,9 @@ class Session:
         """Go on along the path after a halt."""
         return self.kernel.resume()
 
-    def set_override(self, override: float) -> None:
-        """Scale all speeds by 0 … 1 from the next tick on. Raises ValueError for anything else."""
-        self.kernel.set_override(override)
+    def set_override(self, override: float) -> str | None:
+        """Scale all speeds by -1 … 1 from the next tick on. Raises ValueError for anything else."""
+        return self.kernel.set_override(override)
 
     def stop(self) -> str | None:
         """Stop on the path within the limits and end the run there."""

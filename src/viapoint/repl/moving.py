@@ -75,7 +75,7 @@ def step(console: Console, words: list[str]) -> None:
     begin = session.kernel.tick
     if session.under_way or session.kernel.state is State.HALTED:
         _require_no_emergency(console)
-        session.step_on(count)
+        _taken(session.step_on(count))
     else:
         _take_on(console, count)
     console.go(begin=begin)
@@ -90,7 +90,7 @@ def back(console: Console, words: list[str]) -> None:
             state = show.state_word(session)
             raise Complaint(f"the robot is {state}: it goes back when it is halted or ready")
         before = session.kernel.mover.s
-        session.step_back()
+        _taken(session.step_back())
         console.pass_time()
         if session.kernel.mover.s == before:
             if k == 0:
@@ -174,7 +174,7 @@ def override(console: Console, words: list[str]) -> None:
         if len(words) > 1 or not -_MOST <= value <= _MOST:
             raise Complaint("the override is between -100 and 100 percent")
         begin = session.kernel.tick
-        session.set_override(value / 100.0)
+        _taken(session.set_override(value / 100.0))
         if session.under_way:
             console.go(begin=begin)
     console.say(f"override {show.figure(session.kernel.override * 100.0)} %")
@@ -255,6 +255,12 @@ def _under_way(console: Console) -> Interactive:
     if not console.session.under_way:
         raise Complaint("no program is under way")
     return console.session
+
+
+def _taken(refused: str | None) -> None:
+    """Raises Complaint for what is refused."""
+    if refused is not None:
+        raise Complaint(refused)
 
 
 def _require_no_emergency(console: Console) -> None:

@@ -7,7 +7,7 @@ robot is halted or waits for something that only a client can bring.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from queue import Empty
 from typing import Any, Final
@@ -30,6 +30,14 @@ WINDOW_S: Final = 0.02
 
 _LISTEN_S: Final = 0.05
 """How long to listen before looking whether the run shall end."""
+
+_COMMANDS: Final[Mapping[str, Callable[[Session], str | None]]] = {
+    "halt": Session.halt,
+    "continue": Session.resume,
+    "stop": Session.stop,
+    "estop": Session.emergency_stop,
+    "reset": Session.reset,
+}
 
 
 @dataclass(slots=True)
@@ -241,8 +249,7 @@ class Attendant:
 
     def _command(self, request: Request) -> None:
         """What changes the run, from the next tick on."""
-        session, values = self.session, request.values
-        self._require_allowed(request)
+        session, values, refused = self.session, request.values, None
         match request.do:
             case "set":
                 signal = self._signal(request)
@@ -256,27 +263,11 @@ class Attendant:
             case "reset_m":
                 session.reset_m(values["index"])
             case "override":
-                session.set_override(values["percent"] / 100.0)
-            case "halt":
-                session.halt()
-            case "continue":
-                session.resume()
-            case "stop":
-                session.stop()
-            case "estop":
-                session.emergency_stop()
-            case "reset":
-                session.reset()
-
-    def _require_allowed(self, request: Request) -> None:
-        """Raises Refused for a command that the robot's state does not allow."""
-        state = self.session.kernel.state
-        if state is State.EMERGENCY and request.do in ("continue", "stop", "halt"):
-            raise Refused("the robot is in emergency stop: reset first", request.identity)
-        if request.do == "reset" and state is not State.EMERGENCY:
-            raise Refused("there is nothing to reset", request.identity)
-        if request.do == "continue" and not self.session.kernel.held:
-            raise Refused("the robot is not halted", request.identity)
+                refused = session.set_override(values["percent"] / 100.0)
+            case do:
+                refused = _COMMANDS[do](session)
+        if refused is not None:
+            raise Refused(refused, request.identity)
 
     def _signal(self, request: Request) -> Signal:
         name = request.values["signal"]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from session_runs import cell
+from viapoint.interactive import Interactive
 from viapoint.runtime.kernel import State
 from viapoint.runtime.kernel.states import REFUSALS, Command, Hold, Mode
 from viapoint.session import Session, compile_text
@@ -20,6 +21,9 @@ ISSUED: dict[Command, Callable[[Session], str | None]] = {
     Command.STOP: Session.stop,
     Command.EMERGENCY_STOP: Session.emergency_stop,
     Command.RESET: Session.reset,
+    Command.OVERRIDE: lambda session: session.set_override(0.5),
+    Command.STEP: lambda session: session.kernel.step(),
+    Command.STEP_BACK: lambda session: session.kernel.step_back(),
 }
 
 
@@ -37,12 +41,29 @@ def until(session: Session, windows: Iterator[object], state: State) -> Session:
     return session
 
 
+def between(text: str, state: State) -> Session:
+    session = Interactive(cell())
+    session.take_on(compile_text(text, cell=cell()))
+    session.finish()
+    assert session.kernel.state is state
+    return session
+
+
 def in_mode(mode: Mode) -> Session:
     """A session brought into a mode by commands."""
+    if mode is Mode.FINISHED:
+        return between(PROGRAM, State.FINISHED)
+    if mode is Mode.BROKEN_OFF:
+        return between("ML X=99999 F10\n", State.FAILED)
     if mode is Mode.READY:
         return Session(cell(), compile_text(PROGRAM, cell=cell()))
     session, windows = moving()
     match mode:
+        case Mode.HELD:
+            session.set_override(0.0)
+            return until(session, windows, State.HALTED)
+        case Mode.HALTING:
+            assert session.halt() is None
         case Mode.HALTED:
             assert session.halt() is None
             return until(session, windows, State.HALTED)
@@ -61,19 +82,22 @@ def in_mode(mode: Mode) -> Session:
 
 def test_the_table_covers_every_mode() -> None:
     assert set(REFUSALS) == set(Mode)
-    assert {Mode.of(state, hold) for state in State for hold in Hold} == set(Mode)
+    found = {Mode.of(s, hold, goes_on=goes_on) for s in State for hold in Hold for goes_on in (False, True)}
+    assert found == set(Mode)
 
 
 @pytest.mark.parametrize("mode", Mode)
 @pytest.mark.parametrize("command", ISSUED)
 def test_a_command_is_taken_or_refused_as_the_table_says(mode: Mode, command: Command) -> None:
     session = in_mode(mode)
+    assert session.kernel.mode is mode
     expected = REFUSALS[mode].get(command)
     assert session.refusal(command) == expected
-    before = (session.kernel.state, session.kernel.held, len(session.events))
+    before = (session.kernel.state, session.kernel.held, session.kernel.override, len(session.events))
     assert ISSUED[command](session) == expected
     if expected is not None:
-        assert (session.kernel.state, session.kernel.held, len(session.events)) == before
+        after = (session.kernel.state, session.kernel.held, session.kernel.override, len(session.events))
+        assert after == before
 
 
 def test_what_is_refused_does_not_change_the_run() -> None:
@@ -93,6 +117,24 @@ def test_what_is_refused_does_not_change_the_run() -> None:
         runs.append((session.kernel.tick, session.kernel.telemetry.joints))
     assert runs[0][0] == runs[1][0]
     np.testing.assert_array_equal(runs[0][1], runs[1][1])
+
+
+def test_a_step_does_not_get_round_an_emergency_stop() -> None:
+    session = in_mode(Mode.LATCHED)
+    before = session.kernel.telemetry.joints.copy()
+    assert session.kernel.step() == "the robot is in emergency stop: reset it first"
+    assert session.kernel.step_back() == "the robot is in emergency stop: reset it first"
+    session.advance(200)
+    assert session.kernel.state is State.EMERGENCY
+    np.testing.assert_array_equal(session.kernel.telemetry.joints, before)
+
+
+def test_an_override_between_programs_is_that_of_the_next() -> None:
+    session = Interactive(cell())
+    assert session.set_override(0.5) is None
+    session.take_on(compile_text(PROGRAM, cell=cell()))
+    overrides = {float(window.override[-1]) for window in session.run()}
+    assert overrides == {0.5}
 
 
 def test_an_emergency_stop_is_reset_then_resumed() -> None:

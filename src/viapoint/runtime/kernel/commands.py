@@ -27,6 +27,8 @@ class Commands(ABC):
     _hold = Hold.NONE
     _paused = False
     _backward = False
+    goes_on = False
+    """Whether it takes another program after the end of one."""
     _frontier = 0.0  # s up to which the program has been executed
 
     @property
@@ -65,7 +67,7 @@ class Commands(ABC):
     @property
     def mode(self) -> Mode:
         """What decides which commands are taken."""
-        return Mode.of(self.state, self._hold)
+        return Mode.of(self.state, self._hold, goes_on=self.goes_on)
 
     def halt(self) -> str | None:
         """Stop on the path within the limits; the interpreter keeps running ahead. `resume` goes on.
@@ -108,29 +110,35 @@ class Commands(ABC):
                 self._settle()
         return refused
 
-    def step(self, statements: int = 1) -> None:
+    def step(self, statements: int = 1) -> str | None:
         """Go on from a halt and halt again, on the path, when so many statements have been executed.
 
         After steps back it is one motion forward along the path.
         """
-        if self.astray:
-            self.breaks.step_again(self.mover.s, self._frontier)
-        else:
-            self.breaks.step(statements)
-        self._release()
+        refused = self.refusal(Command.STEP)
+        if refused is None:
+            if self.astray:
+                self.breaks.step_again(self.mover.s, self._frontier)
+            else:
+                self.breaks.step(statements)
+            self._release()
+        return refused
 
-    def step_back(self) -> None:
+    def step_back(self) -> str | None:
         """At rest, halted or at the program's end: back to where the motion before began, and halt there."""
-        self.breaks.step_back(self.mover.s)
-        self._backward, self.state = True, State.HALTED
-        self._release()
+        refused = self.refusal(Command.STEP_BACK)
+        if refused is None:
+            self.breaks.step_back(self.mover.s)
+            self._backward, self.state = True, State.HALTED
+            self._release()
+        return refused
 
     def _release(self) -> None:
         self._hold = Hold.NONE
         if self.state is State.HALTED:
             self._settle()
 
-    def set_override(self, override: float) -> None:
+    def set_override(self, override: float) -> str | None:
         """Scale all speeds from the next tick on; 0 stands still, below 0 the path is travelled back.
 
         Back it goes as far as the route is kept; nothing is read or written again until the path is, going
@@ -138,6 +146,12 @@ class Commands(ABC):
         """
         if not -1.0 <= override <= 1.0:
             raise ValueError(f"an override of {override!r} is not in -1 … 1")
+        refused = self.refusal(Command.OVERRIDE)
+        if refused is None:
+            self._scale(override)
+        return refused
+
+    def _scale(self, override: float) -> None:
         self.trace.emit("override", self.line, value=override)
         self._paused = override == 0.0
         self._backward = override < 0.0

@@ -50,6 +50,8 @@ class Command(Enum):
     EMERGENCY_STOP = "emergency stop"
     RESET = "reset"
     OVERRIDE = "override"
+    STEP = "step"
+    STEP_BACK = "step back"
 
 
 @unique
@@ -58,21 +60,28 @@ class Mode(Enum):
 
     READY = "ready"
     RUNNING = "running"
-    HALTED = "halted"  # or coming to a halt
+    HELD = "held at no speed"  # at rest by its override, or where nothing is further back
+    HALTING = "coming to a halt"  # or waiting, and halted
+    HALTED = "halted"
     STOPPING = "stopping"
     BRAKING = "braking"  # for an emergency stop
     LATCHED = "latched"  # in emergency stop, at rest
     OVER = "over"
+    FINISHED = "finished, and takes another program"
+    BROKEN_OFF = "broken off, and takes another program"
 
     @classmethod
-    def of(cls, state: State, hold: Hold) -> Mode:
-        """Of a kernel."""
+    def of(cls, state: State, hold: Hold, *, goes_on: bool = False) -> Mode:
+        """Of a kernel; one that `goes_on` takes another program after the end of one."""
         if state.over:
-            return cls.OVER
+            ended = cls.FINISHED if state is State.FINISHED else cls.BROKEN_OFF
+            return ended if goes_on else cls.OVER
         if state is State.EMERGENCY:
             return cls.LATCHED
-        begun = cls.READY if state is State.READY else cls.RUNNING
-        return {Hold.HALT: cls.HALTED, Hold.STOP: cls.STOPPING, Hold.EMERGENCY: cls.BRAKING}.get(hold, begun)
+        at_rest = state is State.HALTED
+        begun = cls.READY if state is State.READY else cls.HELD if at_rest else cls.RUNNING
+        halted = cls.HALTED if at_rest else cls.HALTING
+        return {Hold.HALT: halted, Hold.STOP: cls.STOPPING, Hold.EMERGENCY: cls.BRAKING}.get(hold, begun)
 
 
 _NOTHING_HALTED: Final = "nothing is halted"
@@ -81,17 +90,40 @@ _STOPPING: Final = "the run is stopping, and ends"
 _BRAKING: Final = "an emergency stop is under way"
 _LATCHED: Final = "the robot is in emergency stop: reset it first"
 _OVER: Final = "the run is over"
+_NOT_BEGUN: Final = "the run has not begun"
+_NOT_AT_REST: Final = "the robot is not halted"
+_HALTED: Final = "it is halted already"
+
+_ENDED: Final = MappingProxyType(dict.fromkeys(set(Command) - {Command.OVERRIDE, Command.STEP_BACK}, _OVER))
+"""Between two programs: the override is that of the next one, and the path behind can be travelled back."""
 
 REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
     {
-        Mode.READY: {Command.RESUME: _NOTHING_HALTED, Command.RESET: _NO_EMERGENCY},
-        Mode.RUNNING: {Command.RESUME: _NOTHING_HALTED, Command.RESET: _NO_EMERGENCY},
-        Mode.HALTED: {Command.HALT: "it is halted already", Command.RESET: _NO_EMERGENCY},
+        Mode.READY: {
+            Command.RESUME: _NOTHING_HALTED,
+            Command.RESET: _NO_EMERGENCY,
+            Command.STEP: _NOT_BEGUN,
+            Command.STEP_BACK: _NOT_BEGUN,
+        },
+        Mode.RUNNING: {
+            Command.RESUME: _NOTHING_HALTED,
+            Command.RESET: _NO_EMERGENCY,
+            Command.STEP_BACK: _NOT_AT_REST,
+        },
+        Mode.HELD: {Command.RESUME: _NOTHING_HALTED, Command.RESET: _NO_EMERGENCY},
+        Mode.HALTING: {
+            Command.HALT: _HALTED,
+            Command.RESET: _NO_EMERGENCY,
+            Command.STEP_BACK: _NOT_AT_REST,
+        },
+        Mode.HALTED: {Command.HALT: _HALTED, Command.RESET: _NO_EMERGENCY},
         Mode.STOPPING: {
             Command.HALT: _STOPPING,
             Command.RESUME: _STOPPING,
             Command.STOP: _STOPPING,
             Command.RESET: _NO_EMERGENCY,
+            Command.STEP: _STOPPING,
+            Command.STEP_BACK: _STOPPING,
         },
         Mode.BRAKING: {
             Command.HALT: _BRAKING,
@@ -99,14 +131,20 @@ REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
             Command.STOP: _BRAKING,
             Command.EMERGENCY_STOP: _BRAKING,
             Command.RESET: "the robot does not stand still yet",
+            Command.STEP: _BRAKING,
+            Command.STEP_BACK: _BRAKING,
         },
         Mode.LATCHED: {
             Command.HALT: _LATCHED,
             Command.RESUME: _LATCHED,
             Command.STOP: _LATCHED,
             Command.EMERGENCY_STOP: "it is in emergency stop already",
+            Command.STEP: _LATCHED,
+            Command.STEP_BACK: _LATCHED,
         },
         Mode.OVER: dict.fromkeys(Command, _OVER),
+        Mode.FINISHED: _ENDED,
+        Mode.BROKEN_OFF: {**_ENDED, Command.STEP_BACK: _OVER},
     }
 )
 """Why a command is not taken in a mode; those that are not named are taken."""
