@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from viapoint.jogging import Jog, statement
 from viapoint.runtime.cell import Cell, Point
 from viapoint.runtime.kernel import AuxiliaryAxes, Kernel, Start, State
 from viapoint.runtime.kernel.breaks import HERE
@@ -82,6 +83,15 @@ class Interactive(Session):
         self.set_breakpoints(breakpoints or {})
         self.kernel.take_on(self._machine, steps)
         self._note_end()
+
+    def jog(self, jog: Jog) -> None:
+        """Begin a move by an increment from where the robot stands; `run` does it, `stop` ends it early.
+
+        Tool and speed stay what they are. What leads past limits, out of reach or into a zone is refused
+        before the robot moves, as any motion: `failure` says why. Raises JogError for what the robot has
+        not, CompileError for a number too large, and RuntimeError as `take_on`.
+        """
+        self.take_on(compile_text(statement(self, jog), "<jog>", self.cell), keep_modal=True)
 
     @property
     def under_way(self) -> bool:
