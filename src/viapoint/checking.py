@@ -6,7 +6,7 @@ geometry, reach, configuration, zones, and the time each statement takes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -118,6 +118,25 @@ def _notes(survey: Survey, seen: Outlook, source: Source | None, file: str) -> I
                 f"the {row['singular']} is nearly singular there"
             )
             yield diagnostic_at("I603", message, row["line"], source, file)
+    for track_line in sorted({row["track_line"] for row in seen.tracking}):
+        rows = [row for row in seen.tracking if row["track_line"] == track_line]
+        yield diagnostic_at("I604", _on_the_belt(rows), track_line, source, file)
+
+
+def _on_the_belt(rows: list[dict[str, Any]]) -> str:
+    """What the motions of one tracked section leave to the belt, the tightest of each limit."""
+
+    def tightest(name: str, pick: Callable[[list[float]], float], none: str) -> str:
+        limits = [row[name] for row in rows if row[name] is not None]
+        return f"{pick(limits):.1f}" if limits else none
+
+    low, high = tightest("from_mm", max, "below -5000"), tightest("to_mm", min, "above 5000")
+    message = (
+        "the tracked section is planned with the belt standing; "
+        f"it can be reached for {low} to {high} mm of belt travel"
+    )
+    speed = tightest("fastest_mm_s", min, "")
+    return f"{message}, at the planned times up to {speed} mm/s" if speed else message
 
 
 def motion_diagnostic(error: MotionError, source: Source | None, file: str) -> Diagnostic:

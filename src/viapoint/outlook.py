@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from viapoint.belts import tracking
 from viapoint.language.units import DEG, MM
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.surveying import ROUNDS
@@ -48,6 +49,7 @@ class Outlook:
     slowdowns: tuple[Row, ...] = ()
     zones: tuple[Row, ...] = ()
     configurations: tuple[Row, ...] = ()
+    tracking: tuple[Row, ...] = ()
     cycle: Row | None = None
     stops: tuple[CostlyStop, ...] = ()
 
@@ -60,6 +62,7 @@ def outlook(survey: Survey, cell: Cell) -> Outlook:
         slowdowns=tuple(_slowdowns(survey, cell)),
         zones=tuple(_zones(survey)),
         configurations=tuple(_configurations(survey)),
+        tracking=tuple(tracking(survey, cell)),
         cycle=_cycle(survey),
         stops=tuple(_costly_stops(survey)),
     )

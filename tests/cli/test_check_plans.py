@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -219,6 +220,76 @@ def test_zones_and_configurations(cli, tmp_path: Path) -> None:
 def test_what_keeps_a_run_from_beginning(more: str, code: str, cli, tmp_path: Path) -> None:
     found = report(cli, "MJ J1=10 F20\n", tmp_path, ARM + more)
     assert [d["code"] for d in found["diagnostics"]] == [code]
+
+
+BELT = EXAMPLES / "conveyor"
+
+
+def reachable(cell: Cell, joints: np.ndarray, travel_mm: float) -> bool:
+    """Whether each pose has a solution of its configuration, with full turns, inside the joint ranges."""
+    robot = cell.robot
+    for q in joints:
+        pose = robot.fk(q)
+        pose[:3, 3] += travel_mm * 1e-3 * cell.conveyors[1].X_base_belt[:3, 0]
+        found = robot.ik(pose)
+        branch = int(robot.configuration(q))
+        if not found.valid[branch]:
+            return False
+        turns = found.q[branch] + 2.0 * np.pi * np.arange(-2, 3)[:, None]
+        inside = (turns > robot.limits.lower - 1e-7) & (turns < robot.limits.upper + 1e-7)
+        if not inside.any(axis=0).all():
+            return False
+    return True
+
+
+def test_belt_travel_of_a_tracked_section_is_that_of_the_inverse_kinematics(cli) -> None:
+    """Against each pose by itself: reachable all the way to the limits, and not beyond them."""
+    cell = load_cell(BELT / "cell.toml")
+    found = json.loads(
+        cli("check", BELT / "deburring.via", "--cell", BELT / "cell.toml", "--format", "json").out
+    )
+    blocks = blocks_of(survey(compile_file(BELT / "deburring.via", cell).program, cell))
+    assert [row["line"] for row in found["tracking"]] == [6, 8, 9, 11]
+    for row in found["tracking"]:
+        joints = next(block.joints for block in blocks if block.line == row["line"])
+        low, high = row["from_mm"], row["to_mm"]
+        assert low < -1000.0 < 1000.0 < high
+        for travel in np.linspace(low + 0.01, high - 0.01, 60):
+            assert reachable(cell, joints, travel), (row["line"], travel)
+        assert not reachable(cell, joints, low - 0.01)
+        assert not reachable(cell, joints, high + 0.01)
+    (note,) = [d for d in found["diagnostics"] if d["code"] == "I604"]
+    assert note["line"] == 5
+    assert f"{max(row['from_mm'] for row in found['tracking']):.1f} to" in note["message"]
+
+
+def test_belt_speeds_are_those_at_which_motions_end_within_the_travel(cli) -> None:
+    """The part is taken 20 mm behind its latch; the times are those of the table."""
+    found = json.loads(
+        cli("check", BELT / "deburring.via", "--cell", BELT / "cell.toml", "--format", "json").out
+    )
+    times = {row["line"]: row["time_s"] for row in found["statements"]}
+    passed = 0.0
+    for row in found["tracking"]:
+        passed += times[row["line"]]
+        assert 20.0 + row["fastest_mm_s"] * passed == pytest.approx(row["to_mm"], abs=0.01)
+        assert 20.0 + row["slowest_mm_s"] * passed == pytest.approx(row["from_mm"], abs=0.01)
+
+
+def test_time_on_the_belt_is_that_of_the_slowest_way(cli, tmp_path: Path) -> None:
+    belt = (FILES / "cell.toml").read_text() + "[[conveyors]]\nindex = 1\ncounts_per_mm = 100\n"
+    text = "MJ P1 F100\nTRK 1\nIF DI1\nWAIT 2\nENDIF\nML Y=100 F100\nTRK 0\nML P1\n"
+    found = report(cli, text, tmp_path, belt)
+    (row,) = found["tracking"]
+    seconds = 2.0 + next(each["time_s"] for each in found["statements"] if each["line"] == 6)
+    assert row["line"] == 6
+    assert row["slowest_mm_s"] * seconds == pytest.approx(row["from_mm"], abs=0.01)
+    rounds = text.replace("IF DI1\nWAIT 2\nENDIF\n", "A:\n").replace(
+        "TRK 0", "ML P1\nIF DI1\nGOTO A\nENDIF\nTRK 0"
+    )
+    for row in report(cli, rounds, tmp_path, belt)["tracking"]:
+        assert row["slowest_mm_s"] is row["fastest_mm_s"] is None
+        assert row["from_mm"] < 0.0
 
 
 def test_text_shows_all_tables(cli, tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ def print_tables(report: CheckReport, lines: Sequence[str]) -> None:
         _table("slowed by an axis", _SLOWDOWNS, seen.slowdowns, _slowdown)
         _table("exclusive zones", _ZONES, seen.zones, _zone)
         _table("configurations change", _CONFIGURATIONS, seen.configurations, _configuration)
+        _table("belts, their sections planned with the belt standing", _BELTS, seen.tracking, _belt)
     _table("reads of the outside world", _READS, report.decisions, _read)
     if seen is not None and seen.cycle is not None:
         print(f"{_cycle(seen.cycle)}\n")
@@ -32,6 +33,7 @@ _TIMES = (("line", "statement", "time s", "stopping s", "length mm", "peak mm/s"
 _SLOWDOWNS = (("line", "by", "after mm", "asked", "slowed to", "", "near a singular pose"), "><>>><<")
 _ZONES = (("line", "", "zone"), "><<")
 _CONFIGURATIONS = (("line", "from", "to"), "><<")
+_BELTS = (("line", "conveyor", "from mm", "to mm", "slowest mm/s", "fastest mm/s"), ">>>>>>")
 _READS = (("line", "reads", "when"), "><<")
 
 
@@ -99,6 +101,12 @@ def _zone(row: Row) -> list[str]:
 
 def _configuration(row: Row) -> list[str]:
     return [str(row["line"]), row["from"], row["to"]]
+
+
+def _belt(row: Row) -> list[str]:
+    limits = (row[name] for name in ("from_mm", "to_mm", "slowest_mm_s", "fastest_mm_s"))
+    shown = ["–" if limit is None else fixed(limit, 1) for limit in limits]
+    return [str(row["line"]), str(row["conveyor"]), *shown]
 
 
 def _read(row: Row) -> list[str]:

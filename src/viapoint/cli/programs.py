@@ -42,7 +42,7 @@ def check(chosen: Namespace) -> int:
     return 1 if has_errors(diagnostics) else 0
 
 
-ROWS = ("blends", "statements", "slowdowns", "zones", "configurations")
+ROWS = ("blends", "statements", "slowdowns", "zones", "configurations", "tracking")
 """Tables of the JSON report that planning fills."""
 
 

@@ -100,4 +100,16 @@ ENTRIES: Final[tuple[Entry, ...]] = (
             cell='[robot]\nmodel = "frigeni6"\n',
         ),
     ),
+    entry(
+        "I604",
+        "planned with the belt standing",
+        """A check does not know how the belt will move: it plans a tracked section as if the belt stood
+        where it was latched. It then shifts the motions along the belt and says how far it may have
+        travelled, and how fast it may run, with all of them within reach and the joint ranges. Zones are
+        looked at for the standing belt only, and coupling, which takes time too, is not counted.""",
+        Example(
+            program="MJ J1=0 F50\nTRK 1\nML Y=100 F200\nTRK 0\n",
+            cell='[robot]\nmodel = "frigeni6"\n[[conveyors]]\nindex = 1\ncounts_per_mm = 100\n',
+        ),
+    ),
 )

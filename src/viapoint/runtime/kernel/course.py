@@ -103,6 +103,10 @@ class Course:
             slowdowns=self._slowdowns(law, s, v, rates, line),
         )
 
+    def joints(self, s_from: float, s_to: float) -> Floats:
+        """(N, n): the robot's joints at places along a motion, both ends among them."""
+        return self._route.axes.everything(np.linspace(s_from, s_to, _GRID))[:, : self._robot.joint_count]
+
     def _configuration(self, q: Floats) -> str:
         return " ".join(self._robot.configuration_names(int(self._robot.configuration(q))))
 

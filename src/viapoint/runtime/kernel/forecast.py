@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -26,7 +26,7 @@ from viapoint.runtime.kernel.resolver import NO_TANGENCY, Tangency
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.records import Event, Floats
 from viapoint.runtime.timing import TimeLaw
-from viapoint.vm.ports import Call, Dwell, Motion, SelectTool
+from viapoint.vm.ports import Call, Dwell, Motion, SelectTool, Track
 
 _ARRIVED: Final = 1e-10
 """m of path within which two places are one: rounding of summed lengths."""
@@ -43,18 +43,23 @@ _SAME: Final = 9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rest:
-    """Where the robot stands: joints (n,), auxiliary axes (k,), tool, what a tangential tool has left."""
+    """Where the robot stands: joints (n,), auxiliary axes (k,), tool, what a tangential tool has left.
+
+    `track` is the TRK behind which it is on a belt, None beside all belts.
+    """
 
     q: Floats
     e: Floats
     tool: int
     tangency: Tangency = NO_TANGENCY
+    track: Track | None = None
 
     @property
     def key(self) -> tuple[float, ...]:
         """Equal for rests that are one but for rounding."""
         values = np.round(np.concatenate((self.q, self.e)), _SAME) + 0.0
-        return (*values.tolist(), float(self.tool), *self.tangency.key)
+        track = (-1.0, -1.0) if self.track is None else (float(self.track.line), float(self.track.conveyor))
+        return (*values.tolist(), float(self.tool), *track, *self.tangency.key)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +68,8 @@ class BlockForecast:
 
     `starting` and `stopping` are the parts of `seconds` that are lost by setting out from rest and by coming
     to rest; 0 where it does neither. `turned` are the names of the configurations it begins and ends in,
-    `end` its axes at its end, rounded.
+    `end` its axes at its end, rounded. On a belt, behind `track`, `joints` (N, n) are places along it; it
+    is planned as if the belt stood where it was latched.
     """
 
     number: int
@@ -77,6 +83,8 @@ class BlockForecast:
     stopping: float
     turned: tuple[str, str]
     end: tuple[float, ...]
+    track: Track | None = None
+    joints: Floats | None = field(default=None, compare=False)
 
     @classmethod
     def of_nothing(cls, number: int, motion: Motion) -> BlockForecast:
@@ -129,6 +137,7 @@ class _Forecaster:
         self._guard = TickGuard(self._planner.monitor, Trace(_nobody, cell.tick))
         self._rest = rest
         self._tool = rest.tool
+        self._track = rest.track
         self._tick = 0
         self._begin = (0, 0.0)  # tick and s in which the present block set out
         self._course = Course(cell, self._planner.route)
@@ -152,7 +161,7 @@ class _Forecaster:
             slowdowns=tuple(self._slowdowns),
             passings=tuple(Passing(each.line, each.zone, each.enters) for each in planner.zone_crossings),
             failure=self._failure or planner.failure,
-            end=Rest(axes.q_end, axes.e_end, self._tool, planner.tangency),
+            end=Rest(axes.q_end, axes.e_end, self._tool, planner.tangency, self._track),
             leaves=self._course.leaves,
             arrives=self._course.arrives,
         )
@@ -179,6 +188,8 @@ class _Forecaster:
             case SelectTool(line=line, tool=tool) if tool != self._tool:
                 self._tool = tool
                 self._failure = self._guard.standing(self._planner.route.axes.q_end, tool, line)
+            case Track():
+                self._track = call if call.conveyor else None
             case _:
                 pass
 
@@ -243,6 +254,8 @@ class _Forecaster:
                 stopping=seen.stopping,
                 turned=seen.turned,
                 end=seen.end,
+                track=self._track,
+                joints=None if self._track is None else self._course.joints(s, place),
             )
         )
 
