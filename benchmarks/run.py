@@ -37,6 +37,7 @@ BENCHMARKS = (
     Benchmark("language_speed", quick=("--lines", "20000", "--rounds", "2")),
     Benchmark("recording"),
     Benchmark("tracking"),
+    Benchmark("workspace"),
 )
 """In the order in which they run: what is judged first."""
 

@@ -19,6 +19,7 @@ from viapoint.runtime.path import Piece
 from viapoint.runtime.timing import AxisLimits
 from viapoint.session import compile_text
 from viapoint.vm import Machine
+from viapoint.vm.conditions import Condition, Reading
 from viapoint.vm.ports import Call, End, Ended
 
 Floats = npt.NDArray[np.float64]
@@ -34,6 +35,20 @@ class Answers:
         return False
 
     def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
+        return False
+
+    def read_level(self, reading: Reading, *, line: int, ahead: bool) -> float:
+        return 0.0
+
+    def holds(self, condition: Condition, *, line: int) -> bool:
+        return False
+
+    def live_place(
+        self, points: tuple[int | None, ...], frame: int, *, line: int, arrived: bool
+    ) -> str | None:
+        return None
+
+    def found(self) -> bool:
         return False
 
     def m_is_synchronous(self, index: int) -> bool:

@@ -19,7 +19,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
-from viapoint.runtime.timing import AxisLimits, TimeLaw, core, extend, plan
+from viapoint.runtime import core
+from viapoint.runtime.timing import AxisLimits, TimeLaw, extend, plan
 
 Floats = npt.NDArray[np.float64]
 
