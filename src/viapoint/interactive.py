@@ -241,5 +241,6 @@ class Interactive(Session):
             self.cell, self._world, self._hear, override=old.mover.override, patient=True, start=here
         )
         self.kernel.goes_on = True
+        self.kernel.keep_override(old)
         self.kernel.planner.laid = old.planner.laid
         self.kernel.execution.blocks.paced = old.execution.blocks.paced

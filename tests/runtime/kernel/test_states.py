@@ -11,7 +11,7 @@ from session_runs import cell
 from viapoint.interactive import Interactive
 from viapoint.runtime.kernel import State
 from viapoint.runtime.kernel.states import REFUSALS, Command, Hold, Mode
-from viapoint.session import Session, compile_text
+from viapoint.session import Session, Status, compile_text
 
 PROGRAM = "MJ P1 F60\nML P2 F200\nML P3\n"
 
@@ -41,7 +41,7 @@ def until(session: Session, windows: Iterator[object], state: State) -> Session:
     return session
 
 
-def between(text: str, state: State) -> Session:
+def between(text: str, state: State) -> Interactive:
     session = Interactive(cell())
     session.take_on(compile_text(text, cell=cell()))
     session.finish()
@@ -135,6 +135,19 @@ def test_an_override_between_programs_is_that_of_the_next() -> None:
     session.take_on(compile_text(PROGRAM, cell=cell()))
     overrides = {float(window.override[-1]) for window in session.run()}
     assert overrides == {0.5}
+
+
+@pytest.mark.parametrize("override", [0.0, -0.5])
+def test_an_override_that_lets_nothing_go_on_outlasts_an_error(override: float) -> None:
+    session = between("ML X=99999 F10\n", State.FAILED)
+    before = session.kernel.telemetry.joints.copy()
+    assert session.set_override(override) is None
+    session.take_on(compile_text(PROGRAM, cell=cell()))
+    list(session.run())
+    assert (session.kernel.state, session.kernel.override) == (State.HALTED, override)
+    np.testing.assert_array_equal(session.kernel.telemetry.joints, before)
+    assert session.set_override(1.0) is None
+    assert session.finish() is Status.FINISHED
 
 
 def test_an_emergency_stop_is_reset_then_resumed() -> None:

@@ -165,6 +165,10 @@ class Commands(ABC):
         if self.state is State.HALTED and self._hold is Hold.NONE:
             self._settle()
 
+    def keep_override(self, before: Commands) -> None:
+        """Stand still, or go back, by its override where the kernel `before` this one would have."""
+        self._paused, self._backward = before._paused, before._backward
+
     def _hold_back(self, hold: Hold, deceleration_factor: float = 1.0) -> None:
         if self.state.over or hold.value <= self._hold.value:
             return
