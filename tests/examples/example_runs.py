@@ -52,7 +52,10 @@ def _entry(table: dict[str, Any]) -> Example:
     return Example(**table, error=None if error is None else (error["code"], error["line"]))
 
 
-MANIFEST = tuple(_entry(t) for t in tomllib.loads((EXAMPLES / "manifest.toml").read_text())["example"])
+_TABLES = tomllib.loads((EXAMPLES / "manifest.toml").read_text())
+MANIFEST = tuple(_entry(t) for t in _TABLES["example"])
+STATIONS: tuple[dict[str, Any], ...] = tuple(_TABLES["station"])
+"""Cells of several robots, with their programs and scenarios."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from example_runs import EXAMPLES, MANIFEST, Example, Run, run, run_program
+from example_runs import EXAMPLES, MANIFEST, STATIONS, Example, Run, run, run_program
 
 from viapoint.cli import main
 from viapoint.runtime.cell import load_cell
@@ -109,11 +109,13 @@ def test_windows_of_one_tick_change_nothing(example: Example) -> None:
 
 def test_every_program_is_in_the_manifest() -> None:
     there = {str(path.relative_to(EXAMPLES)) for path in EXAMPLES.rglob("*.via")}
-    assert there == {example.program for example in MANIFEST}
+    of_stations = {program for station in STATIONS for program in station["programs"]}
+    assert there == {example.program for example in MANIFEST} | of_stations
 
 
 def test_every_file_is_used() -> None:
     named = {name for e in MANIFEST for name in (e.cell, e.scenario) if name is not None}
+    named |= {station[key] for station in STATIONS for key in ("cell", "scenario")}
     there = {str(p.relative_to(EXAMPLES)) for p in EXAMPLES.rglob("*.toml")} - {"manifest.toml"}
     assert there == named
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,8 @@ import pytest
 from viapoint.cli import main
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-COMMAND = ["run", "--cell", "two_robots/cell.toml", "--scenario", "two_robots/scenario.toml"]
+(STATION,) = tomllib.loads((EXAMPLES / "manifest.toml").read_text())["station"]
+COMMAND = ["run", "--cell", STATION["cell"], "--scenario", STATION["scenario"]]
 
 
 def report(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
