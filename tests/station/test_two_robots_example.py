@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from viapoint.cli import main
+from viapoint.runtime.recording import load_recording
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 (STATION,) = tomllib.loads((EXAMPLES / "manifest.toml").read_text())["station"]
@@ -50,3 +51,24 @@ def test_report(
 def test_windows_change_nothing(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(EXAMPLES)
     assert rounded(report(capsys, "--window", "100")) == rounded(report(capsys))
+
+
+def test_every_robot_has_a_recording_with_its_path(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(EXAMPLES)
+    report(capsys, "--record", str(tmp_path / "out.mcap"))
+    for name in ("left", "right"):
+        recording = load_recording(tmp_path / f"out.{name}.mcap")
+        assert recording.info.program_name == f"{name}.via"
+        blocks = [event for event in recording.events if event.kind == "block"]
+        assert len(recording.paces) == len(blocks) > 0, "what holds back every motion"
+
+
+@pytest.mark.parametrize("option", [["--from", "2"], ["--to", "2"], ["--realtime"], ["--await-client"]])
+def test_options_of_one_robot_are_refused(
+    option: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(EXAMPLES)
+    assert main([*COMMAND, *option]) == 2
+    assert f"{option[0]} " in capsys.readouterr().err

@@ -157,8 +157,7 @@ class _Job:
         if self.attendant is not None:
             self.attendant.bind(self.session, window)
         if self.recorder is not None:
-            self.session.kernel.planner.laid = self._draw
-            self.session.kernel.execution.blocks.paced = self.recorder.event
+            record_plan(self.recorder, self.session)
 
     def _session(self, listeners: Sequence[Listener], window: int) -> Session:
         from viapoint.session import Session
@@ -183,12 +182,6 @@ class _Job:
             )
         except StartError as error:
             raise UsageError(str(error)) from error
-
-    def _draw(self, pieces: Sequence[Piece]) -> None:
-        """The planned path into the recording's scene."""
-        assert self.recorder is not None, "set with a recorder only"
-        for piece in pieces:
-            self.recorder.programmed_path(_outline(piece))
 
     def run(self, live: Any = None) -> None:
         """To the end, or to Ctrl-C: then to a stop on the path. The recording is closed in any case."""
@@ -218,34 +211,41 @@ class _Job:
             if self.attendant is not None:
                 self.attendant.end()
             if self.recorder is not None:
-                self.recorder.close(self._result())
+                self.recorder.close(result_of(self.session))
 
     def _attend(self, stop: Stop) -> None:
         if self.attendant is not None:
             self.attendant.attend(lambda: stop.asked)
 
-    def _result(self) -> dict[str, str]:
-        kernel = self.session.kernel
-        return {
-            "status": self.session.status.value,
-            "ticks": str(kernel.tick),
-            "duration_s": repr(round(kernel.tick * self.cell.tick, 9)),
-        }
-
     def diagnostics(self) -> list[Diagnostic]:
         """Those of compilation, then what ended the run."""
-        from viapoint.checking import motion_diagnostic
-
-        found = list(self.loaded.diagnostics)
-        if self.session.failure is not None:
-            source = self.loaded.source if self.loaded.source.text else None
-            found.append(motion_diagnostic(self.session.failure, source, str(self._chosen.file)))
-        return found
+        return diagnostics_of(self.session, str(self._chosen.file))
 
     @property
     def exit_code(self) -> int:
         """0 where the program finished or a limit of the user's ended it."""
         return 1 if self.interrupted or self.session.status.value == "error" else 0
+
+
+def result_of(session: Session) -> dict[str, str]:
+    """How a run ended, for the end of its recording."""
+    tick = session.kernel.tick
+    return {
+        "status": session.status.value,
+        "ticks": str(tick),
+        "duration_s": repr(round(tick * session.cell.tick, 9)),
+    }
+
+
+def diagnostics_of(session: Session, name: str) -> list[Diagnostic]:
+    """Those of the program, then what ended its run; `name` is its file's."""
+    from viapoint.checking import motion_diagnostic
+
+    found = list(session.program.diagnostics)
+    if session.failure is not None:
+        source = session.program.source if session.program.source.text else None
+        found.append(motion_diagnostic(session.failure, source, name))
+    return found
 
 
 def _attendant(chosen: Namespace) -> Attendant | None:
@@ -322,6 +322,17 @@ def _outline(piece: Piece) -> Floats:
 # --- recording ----------------------------------------------------------------------------------
 
 
+def record_plan(recorder: Recorder, session: Session) -> None:
+    """Into a recording too: the path as it is planned, and what holds every motion back along it."""
+
+    def draw(pieces: Sequence[Piece]) -> None:
+        for piece in pieces:
+            recorder.programmed_path(_outline(piece))
+
+    session.kernel.planner.laid = draw
+    session.kernel.execution.blocks.paced = recorder.event
+
+
 def recorder_of(chosen: Namespace, cell: Cell, loaded: Loaded, scenario: Scenario | None) -> Recorder:
     from viapoint.runtime.recording import Recorder
 
@@ -348,13 +359,18 @@ def _run_info(chosen: Namespace, cell: Cell, loaded: Loaded, scenario: Scenario 
     return replace(info, program_name=chosen.file.name)
 
 
+def flag_of(name: str) -> str:
+    """An option as it is written, of its name here."""
+    return FLAGS.get(name, name).replace("_", "-")
+
+
 def _command_line(chosen: Namespace) -> str:
     words = ["viapoint run", chosen.file.name]
     for name in TELLING:
         value = getattr(chosen, name, None)
         if value is None or value is False or value == DEFAULTS.get(name):
             continue
-        words.append(f"--{FLAGS.get(name, name).replace('_', '-')}")
+        words.append(f"--{flag_of(name)}")
         if value is not True:
             words.append(value.name if isinstance(value, Path) else f"{value:g}")
     return " ".join(words)

@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 from viapoint.cli.failures import UsageError
 from viapoint.cli.loading import programs_from, scenario_from
 from viapoint.cli.output import keep_inputs, note, print_json
-from viapoint.cli.running import FLAGS, Peaks, Stop, recorder_of
+from viapoint.cli.running import Peaks, Stop, diagnostics_of, flag_of, record_plan, recorder_of, result_of
 
 if TYPE_CHECKING:
-    from viapoint.language.diagnostics import Diagnostic
     from viapoint.runtime.cell import Cell
     from viapoint.runtime.recording import Recorder
-    from viapoint.session import Listener, Session
+    from viapoint.session import Listener
 
 FOR_ONE = {
     "first": "names a line of one program",
     "to": "names a line of one program",
     "serve": "serves one robot",
+    "await_client": "belongs to --serve, which serves one robot",
     "realtime": "sends the ticks of one robot",
 }
 """Options that are of one robot, and why."""
@@ -30,7 +30,7 @@ def run_station(chosen: Namespace, cells: tuple[Cell, ...]) -> int:
     """Run the programs of all robots; FILE is that of the robots for which the cell names none."""
     for name, why in FOR_ONE.items():
         if getattr(chosen, name, None) not in (None, False):
-            raise UsageError(f"--{FLAGS.get(name, name)} {why}; the cell has {len(cells)} robots")
+            raise UsageError(f"--{flag_of(name)} {why}; the cell has {len(cells)} robots")
     job = _Job(chosen, cells)
     job.run()
     if chosen.format == "json":
@@ -71,6 +71,8 @@ class _Job:
             dry_run=chosen.dry_run,
             listeners=listeners,
         )
+        for recorder, session in zip(recorders, self.station.sessions, strict=False):
+            record_plan(recorder, session)
 
     def _prepare_recordings(self, chosen: Namespace) -> None:
         for cell, loaded in zip(self.cells, self.programs, strict=True):
@@ -96,31 +98,12 @@ class _Job:
             if self.interrupted:
                 self.station.status = Status.STOPPED
             for (_, recorder), session in zip(self.recordings, self.station.sessions, strict=False):
-                recorder.close(_result(session))
-
-    def diagnostics(self, session: Session, name: str) -> list[Diagnostic]:
-        """Those of a robot's program, then what ended its run."""
-        from viapoint.checking import motion_diagnostic
-
-        found = list(session.program.diagnostics)
-        if session.failure is not None:
-            source = session.program.source if session.program.source.text else None
-            found.append(motion_diagnostic(session.failure, source, name))
-        return found
+                recorder.close(result_of(session))
 
     @property
     def exit_code(self) -> int:
         """0 where all programs finished or a limit of the user's ended them."""
         return 1 if self.interrupted or self.station.status.value == "error" else 0
-
-
-def _result(session: Session) -> dict[str, str]:
-    tick = session.kernel.tick
-    return {
-        "status": session.status.value,
-        "ticks": str(tick),
-        "duration_s": repr(round(tick * session.cell.tick, 9)),
-    }
 
 
 def _print(job: _Job) -> None:
@@ -130,7 +113,7 @@ def _print(job: _Job) -> None:
     for session, peaks, name in zip(job.station.sessions, job.peaks, job.names, strict=True):
         print(f"{name_of(session.cell)}: {name}")
         print()
-        print_report(session, peaks, job.diagnostics(session, name), name)
+        print_report(session, peaks, diagnostics_of(session, name), name)
         print()
     for path, _ in job.recordings:
         note(f"recording: {path}")
@@ -143,7 +126,7 @@ def _report(job: _Job) -> dict[str, Any]:
 
     robots = []
     for session, name in zip(job.station.sessions, job.names, strict=True):
-        own = run_report(session, [to_json(each) for each in job.diagnostics(session, name)])
+        own = run_report(session, [to_json(each) for each in diagnostics_of(session, name)])
         cell = session.cell
         head = {"robot": cell.number, "name": cell.robot_name, "program": name}
         robots.append(head | {k: v for k, v in own.items() if k not in ("duration_s", "ticks", "events")})
