@@ -89,6 +89,7 @@ def cell_names(cell: Cell) -> CellNames:
         live_frames=frozenset(i for i, frame in cell.frames.items() if frame.live),
         point_names=index.point_names,
         signal_names=index.signal_names,
+        variables=index.variables,
     )
 
 
@@ -287,6 +288,17 @@ class Session:
         Raises KeyError for a signal the cell has not, ValueError for an output.
         """
         self._world.set_input(name, value, self.kernel.tick)
+
+    def variable(self, name: str) -> bool | float:
+        """The present value of a variable shared with the program. Raises KeyError for one not declared."""
+        return self._world.bank.read(self._world.bank.resolve(f"${name}"))
+
+    def set_variable(self, name: str, value: bool | float) -> None:
+        """Give a variable (by its name, without `$`) a value, seen from the next tick on.
+
+        Raises KeyError for one that the cell does not declare, ValueError for a value of another kind.
+        """
+        self._world.set_variable(name, value, self.kernel.tick)
 
     def set_point(self, point: int | str, pose: Sequence[float]) -> None:
         """Move a live point (index or name) to x, y, z (mm), a, b, c (deg). Raises ValueError: not live."""

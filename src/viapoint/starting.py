@@ -32,6 +32,7 @@ from viapoint.vm.ports import (
     RaiseM,
     SelectTool,
     SetOutput,
+    SetVariable,
     Speed,
     SpeedKind,
     Suspension,
@@ -77,6 +78,8 @@ class LineStart:
     """Reads on the way to the line, with the answers that lead there."""
     skipped: tuple[SetOutput, ...]
     """What the lines above switch, last of each output: it is not done."""
+    unwritten: tuple[SetVariable, ...]
+    """What they write to variables, in order: it is not done either."""
     approach: Motion | None
     machine: Machine
     """Before the line; give its `twin` the ports to run on."""
@@ -250,6 +253,7 @@ def _start(way: _Way, cell: Cell, line: int) -> LineStart:
         counters=way.machine.counters,
         assumed=way.all_reads(),
         skipped=tuple(switched[index] for index in sorted(switched)),
+        unwritten=tuple(call for call in calls if isinstance(call, SetVariable)),
         approach=_approach(calls, _ahead(way, cell), cell, line),
         machine=way.machine,
     )

@@ -46,21 +46,10 @@ class Answers:
         if holds:
             self.alternatives = [each for each in self.alternatives if len(each) < len(self.given)]
 
-    def read_input(self, index: int, *, line: int, ahead: bool) -> bool:
-        """WorldPort."""
-        return self._read(line, f"DI{index}")
-
-    def read_output(self, index: int, *, line: int, ahead: bool) -> bool:
-        """WorldPort."""
-        return self._read(line, f"DO{index}")
-
-    def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
-        """WorldPort."""
-        return self._read(line, f"M{index}")
-
-    def read_level(self, reading: Reading, *, line: int, ahead: bool) -> float:
-        """WorldPort: very high where the answer is yes, very low where it is no."""
-        return MAX_NUMBER if self._read(line, str(reading)) else -MAX_NUMBER
+    def read(self, reading: Reading, *, line: int, ahead: bool) -> float:
+        """WorldPort: a number is very high where the answer is yes, very low where it is no."""
+        answer = self._read(line, str(reading))
+        return answer if reading.is_switch else MAX_NUMBER if answer else -MAX_NUMBER
 
     def holds(self, condition: Condition, *, line: int) -> bool:
         """WorldPort."""

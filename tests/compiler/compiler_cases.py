@@ -33,8 +33,8 @@ class Case:
 
     @property
     def runs(self) -> bool:
-        """Whether the case is run: all of the course are."""
-        return self.file.stem == "course"
+        """Whether the case is run: all of the course are, and those that show their calls."""
+        return self.file.stem == "course" or "calls" in self.sections
 
     def world(self) -> tuple[ScriptedWorld, int]:
         inputs: dict[int, list[bool]] = {}

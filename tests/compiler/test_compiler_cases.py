@@ -28,6 +28,7 @@ CELL = CellNames(
     analog_outputs=range(1, 3),
     point_names={"pick": 1, "Place": 3},
     signal_names={"gripper": "DO1", "part_present": "DI3", "flow": "AO1", "pressure": "AI2"},
+    variables={"count": False, "limit": False, "ready": True},
 )
 
 

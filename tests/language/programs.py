@@ -10,7 +10,17 @@ from random import Random
 
 from hypothesis import strategies as st
 
-from viapoint.language.commands import ACTIONS, H_TANGENT, INDEX, MOTIONS, NOT_NEGATIVE, Domain, Form, Operand
+from viapoint.language.commands import (
+    ACTIONS,
+    H_TANGENT,
+    INDEX,
+    MOTIONS,
+    NOT_NEGATIVE,
+    REAL,
+    Domain,
+    Form,
+    Operand,
+)
 
 NAMES = ("LOOP", "a", "Cut_1", "PART12", "T", "x9y")
 ODD_NUMBERS = ("0", "-1", "1.5", "70000", "1E3", "2e-2", "+4", "-0", "1E10", "007", ".5", "3.")
@@ -48,7 +58,18 @@ def condition(random: Random) -> str:
     words = []
     for _ in range(random.randint(1, 4)):
         signal = f"{random.choice(('DI', 'DO', 'M'))}{random.choice(('', ' '))}{random.randint(0, 40)}"
-        forms = (signal, signal, f"NOT {signal}", f"({signal})", "1 < 2", "AI1 > 2.5", "ready")
+        forms = (
+            signal,
+            signal,
+            f"NOT {signal}",
+            f"({signal})",
+            "1 < 2",
+            "AI1 > 2.5",
+            "$n >= AI2",
+            "$r",
+            "TRUE",
+            "ready",
+        )
         words += [random.choice(forms), random.choice(("AND", "AND", "OR"))]
     return " ".join(words[:-1])
 
@@ -84,15 +105,34 @@ def action(random: Random) -> str:
             return f"{word} {waited}"
         case Operand.OUTPUT | Operand.LEVEL | Operand.PULSE:
             return f"{word} {output(random, command.operand)}"
+        case Operand.LET:
+            return f"{word} $n {random.choice(('=', '=', '= ', ''))}{assigned(random)}"
+        case Operand.INC:
+            return f"{word} {random.choice(('$n', '$n', '$', 'n'))} {random.choice(('', assigned(random)))}"
         case Operand.PLACE:
             place = random.choice(("D20", "D-20.5", "d-0", "S-.5", "S3", "50%", "(2*3) %", "150%", "D", "20"))
             action = random.choice(
-                ("SET DO1", "RESET clamp", "PULSE DO2 0.5", "M5", "SET AO1=2", "M", "ML P1")
+                (
+                    "SET DO1",
+                    "RESET clamp",
+                    "PULSE DO2 0.5",
+                    "M5",
+                    "SET AO1=2",
+                    "INC $n 2",
+                    "LET $n=3",
+                    "M",
+                    "ML P1",
+                )
             )
             return f"{word} {place} {action}"
         case Operand.VALUE:
             assert domain is not None
             return f"{word}{random.choice(('', ' '))}{number(random, domain)}"
+
+
+def assigned(random: Random) -> str:
+    """A value for a variable."""
+    return random.choice((number(random, REAL), "TRUE", "$other", "AI1", "(2*3)", condition(random)))
 
 
 def line(random: Random) -> str:

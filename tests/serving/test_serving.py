@@ -36,6 +36,29 @@ def test_a_client_process_operates_the_robot() -> None:
     assert [round((e["t_end"] - e["t"]) * 1000) for e in waits] == [2, 1]
 
 
+def test_a_client_shares_variables_with_the_program() -> None:
+    with served("count.via", "--await-client", "--cell", "count.toml") as run:
+        with Client(port=run.port) as client:
+            client.request("subscribe", events=True)
+            client.request("start")
+            while "standing" not in (told := client.told()):
+                pass
+            assert told["standing"]["for"] == "$ready AND $count > 2"
+            assert client.request("variable", name="COUNT")["value"] == 1.0
+            assert client.request("monitor")["monitor"]["signals"] == {"$count": 1.0, "$ready": False}
+            client.request("variable", name="ready", value=True)
+            client.request("set", signal="$count", value=5)
+            while told.get("event", {}).get("signal") != "$count" or told["event"]["kind"] != "output":
+                told = client.told()
+            assert told["event"]["value"] == 15.0
+            while "end" not in told:
+                told = client.told()
+        report = run.report()
+    assert report["status"] == "finished"
+    logged = [(e["do"], e.get("name"), e["value"]) for e in report["events"] if e["kind"] == "command"]
+    assert logged == [("variable", "ready", True), ("set", None, 5)]
+
+
 def operate(port: int) -> tuple[list[int], dict[str, object]]:
     """The same commands at the same ticks."""
     ticks = []
@@ -115,7 +138,11 @@ REFUSED = [
     (b'{"do": "reset_m", "index": true}', "`index` must be a whole number"),
     (b'{"do": "override", "percent": 101}', "from -100 to 100"),
     (b'{"do": "subscribe", "monitor_hz": -1}', "from 0 to 10000"),
-    (b'{"do": "variable", "name": "count"}', "not part of this version"),
+    (b'{"do": "variable", "name": "cuont"}', "no variable `$cuont`; did you mean `$count`?"),
+    (b'{"do": "variable", "name": "$count", "value": true}', "$count takes a number"),
+    (b'{"do": "variable", "name": "count", "value": null}', "`value` must be"),
+    (b'{"do": "set", "signal": "$ready", "value": 3}', "$ready takes true or false"),
+    (b'{"do": "read", "signal": "$redy"}', "did you mean `$ready`?"),
     (b'{"do": "continue"}', "nothing is halted"),
     (b'{"do": "reset"}', "there is no emergency stop"),
     (b'{"do": "advance", "ticks": 5}', "ask for `lockstep` first"),
@@ -127,7 +154,7 @@ REFUSED = [
 
 
 def test_what_is_wrong_is_answered_and_nothing_else_happens() -> None:
-    with served("part.via", "--await-client") as run:
+    with served("count.via", "--await-client", "--cell", "count.toml") as run:
         with socket.create_connection(("127.0.0.1", run.port), 30) as connection:
             stream = connection.makefile("rb")
             stream.readline()
@@ -143,8 +170,7 @@ def test_what_is_wrong_is_answered_and_nothing_else_happens() -> None:
             assert "longer than" in json.loads(stream.readline())["error"]
         with Client(port=run.port) as client:
             client.request("start")
-            client.request("set", signal="DI3", value=True)
-            client.request("reset_m", index=7)
+            client.request("variable", name="ready", value=True)
             client.request("stop")
         assert run.report()["status"] in ("stopped", "finished")
 

@@ -53,6 +53,11 @@ SYNC
 ENDIF
 WAIT DI4 AND NOT AO1 < 0 TIMEOUT 2 GOTO OUT
 WAIT DI4 OR DO1
+LET $count = 5
+LET $ready = DI3 OR $count > AI1
+AT 50% INC $count 2
+ML P1
+WAIT $ready AND TRUE
 IF AHEAD DI3
 ENDIF
 OUT:
@@ -185,6 +190,27 @@ def test_no_read_escapes_its_barrier() -> None:
         (I.READ_INPUT, 1, 0), (I.JUMP_IF_FALSE, 33), (I.END,),
     )  # fmt: skip
     _bad("E257", around)
+
+
+def test_variables_are_written_from_the_stack_and_read_behind_barriers() -> None:
+    shared = ("why", "count", "not a name")
+    value = (I.PUSH, 0)
+
+    def bad(code: str, *instructions: tuple[I, *tuple[int, ...]]) -> None:
+        _bad(code, assemble(*instructions, (I.END,), numbers=(2.0,), texts=shared))
+
+    verify(assemble(value, (I.INCREMENT, 1), (I.END,), numbers=(2.0,), texts=shared))
+    verify(assemble(value, (I.AT, 0, 0), (I.LET_NUMBER, 1), (I.END,), numbers=(2.0,), texts=shared))
+    verify(assemble((I.BARRIER, 0), (I.READ_NUMBER, 1, 0), (I.LET_NUMBER, 1), (I.END,), texts=shared))
+    bad("E256", value, (I.INCREMENT, 3))
+    bad("E256", value, (I.INCREMENT, 2))  # what is no name
+    bad("E257", (I.INCREMENT, 1))
+    bad("E257", value, (I.LET_BOOLEAN, 1))
+    bad("E257", (I.PUSH_BOOLEAN, 1), (I.LET_NUMBER, 1))
+    bad("E256", (I.PUSH_BOOLEAN, 2), (I.LET_BOOLEAN, 1))
+    bad("E257", (I.READ_NUMBER, 1, 0), (I.LET_NUMBER, 1))
+    bad("E257", (I.BARRIER, 0), (I.READ_BOOLEAN, 1, 0), (I.LET_NUMBER, 1))
+    bad("E257", value, (I.BARRIER, 0), (I.INCREMENT, 1))
 
 
 def test_conditions_that_are_waited_for_are_conditions() -> None:

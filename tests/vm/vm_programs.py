@@ -4,11 +4,25 @@ from __future__ import annotations
 
 from array import array
 
-from viapoint.compiler import compile_source
+from viapoint.compiler import CellNames, compile_source
 from viapoint.language.source import Source
 from viapoint.vm import Program
 from viapoint.vm.instructions import Instruction, encode
 from viapoint.vm.program import Label, SpanMap
+
+CELL = CellNames(
+    points=range(100),
+    tools=range(10),
+    frames=range(10),
+    conveyors=range(10),
+    inputs=range(1, 33),
+    outputs=range(1, 33),
+    joints=6,
+    auxiliary=range(1, 10),
+    analog_inputs=range(1, 9),
+    analog_outputs=range(1, 9),
+    variables={"count": False, "ready": True},
+)
 
 
 def assemble(
@@ -33,6 +47,6 @@ def assemble(
 
 def compiled(text: str) -> Program:
     """The program of a text without errors."""
-    result = compile_source(Source("part.via", text))
+    result = compile_source(Source("part.via", text), CELL)
     assert result.program is not None, result.diagnostics
     return result.program

@@ -25,6 +25,10 @@ def start_data(start: LineStart) -> dict[str, Any]:
         "counters": dict(start.counters),
         "assumed": [_row(each.line, each.what, each.value) for each in start.assumed],
         "not_switched": [_row(each.line, f"DO{each.index}", each.value) for each in start.skipped],
+        "not_written": [
+            {"line": each.line, "variable": f"${each.name}", "adds" if each.adds else "value": each.value}
+            for each in start.unwritten
+        ],
         "not_known": list(UNKNOWN),
         "approach": None if approach is None else [round(q, 6) + 0.0 for _, q in approach.target.joints],
     }
@@ -58,6 +62,10 @@ def _rows(start: LineStart) -> Iterator[tuple[str, str]]:
         yield "assumed", f"{read.what} {_on_off(read.value)}{where}"
     for output in start.skipped:
         yield "not switched", f"DO{output.index} {_on_off(output.value)} of line {output.line}"
+    for write in start.unwritten:
+        value = f"{write.value:g}" if isinstance(write.value, float) else str(write.value).upper()
+        what = f"INC ${write.name} {value}" if write.adds else f"LET ${write.name} = {value}"
+        yield "not written", f"{what} of line {write.line}"
     yield "not known", ", ".join(UNKNOWN)
     if start.approach is None or start.approach.speed is None:
         yield "approach", "none: no motion stands above"

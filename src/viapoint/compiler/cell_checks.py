@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 
 from viapoint.compiler.cell_names import CellNames
+from viapoint.compiler.conditions import Read
 from viapoint.compiler.findings import Findings, defined_are
 from viapoint.language.lexical import parameter_spans
 from viapoint.language.source import Source, Span
@@ -140,10 +141,11 @@ class CellChecks:
             case "AO":
                 self._index("E232", "analog output", kind, index, self._cell.analog_outputs, span)
 
-    def condition(self, signals: tuple[Signal, ...], start: int) -> None:
-        """The signals of a condition in the statement at `start`."""
-        for signal in signals:
-            self.signal(signal.kind, signal.number, Span(start + signal.start, start + signal.end))
+    def condition(self, reads: tuple[Read, ...], start: int) -> None:
+        """The signals that are read in the statement at `start`; variables are found by their names."""
+        for read in reads:
+            if isinstance(read, Signal):
+                self.signal(read.kind, read.number, Span(start + read.start, start + read.end))
 
     def live_places(self, motion: Motion) -> tuple[str, ...]:
         """The points and the frame of a motion that the application may move while the program runs."""

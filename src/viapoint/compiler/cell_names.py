@@ -13,7 +13,8 @@ class CellNames:
     `joint_points` are those of `points` that were taught in joint space. `joints` is the number of
     joints, `auxiliary` the numbers of the auxiliary axes. `asynchronous` are the M functions that the
     cell declares so; every other one is synchronous. `point_names` gives the index of a named point,
-    `signal_names` what a named signal is: DI3, AO1.
+    `signal_names` what a named signal is: DI3, AO1. `variables` are the shared ones: True where one is true
+    or false, False where it is a number.
     """
 
     points: Collection[int]
@@ -32,3 +33,4 @@ class CellNames:
     live_frames: Collection[int] = ()
     point_names: Mapping[str, int] = field(default_factory=dict)
     signal_names: Mapping[str, str] = field(default_factory=dict)
+    variables: Mapping[str, bool] = field(default_factory=dict)

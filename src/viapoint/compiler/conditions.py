@@ -3,12 +3,26 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import assert_never
+from typing import TypeAlias, assert_never
 
 from viapoint.language.commands import FOUND
-from viapoint.language.tree import And, Comparable, Compare, Condition, Named, Not, Number, Or, Signal
-from viapoint.vm.conditions import READINGS
+from viapoint.language.tree import (
+    And,
+    Comparable,
+    Compare,
+    Condition,
+    Named,
+    Not,
+    Number,
+    Or,
+    Signal,
+    Truth,
+    Value,
+    Variable,
+)
+from viapoint.vm.conditions import BOOLEAN, NUMBER, READINGS
 from viapoint.vm.instructions import Instruction, encode
 
 _READS = {kind: instruction for instruction, kind in READINGS.items()}
@@ -22,35 +36,35 @@ _COMPARISONS = {
     ">=": Instruction.GREATER_EQUAL,
 }
 
+Read: TypeAlias = Signal | Variable
+"""What is read of the outside world."""
+
 
 @dataclass(frozen=True, slots=True)
 class LoweredCondition:
-    """Code that leaves the value on the stack, the signals it reads in order, and the text of it."""
+    """Code that leaves the value on the stack, what it reads in order, and the text of it."""
 
     code: bytes
-    signals: tuple[Signal, ...]
+    reads: tuple[Read, ...]
     text: str
 
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """What it reads, each once, in order: DI3, DO1, M5."""
-        return tuple(dict.fromkeys(f"{signal.kind}{signal.number}" for signal in self.signals))
 
-
-def signals_of(condition: Condition) -> tuple[Signal, ...]:
-    """The signals a condition reads, in the order of reading. Any depth of nesting."""
-    found = []
-    waiting = [condition]
+def reads_of(value: Value) -> tuple[Read, ...]:
+    """What a condition, or a value, reads of the outside world, in order. Any depth of nesting."""
+    found: list[Read] = []
+    waiting: list[Value] = [value]
     while waiting:
         node = waiting.pop()
         match node:
             case Signal(kind=kind):
                 if kind != FOUND:  # it is settled where its search has ended, and nothing outside
                     found.append(node)
-            case Named():
-                pass  # not known which signal it is; that is an error of its own
+            case Variable():
+                found.append(node)
+            case Named() | Truth() | Number():
+                pass  # of a name it is not known which signal it is; that is an error of its own
             case Compare(left=left, right=right):
-                found += [each for each in (left, right) if isinstance(each, Signal)]
+                waiting += [right, left]
             case Not(operand=operand):
                 waiting.append(operand)
             case And(operands=operands) | Or(operands=operands):
@@ -60,11 +74,18 @@ def signals_of(condition: Condition) -> tuple[Signal, ...]:
     return tuple(found)
 
 
-def text_of(condition: Condition, *, inner: bool = False) -> str:
-    """The condition as a user writes it, in canonical form."""
+def name_of(read: Read) -> str:
+    """What is read, as a program writes it: DI3, DO1, M5, $count."""
+    return f"${read.name}" if isinstance(read, Variable) else f"{read.kind}{read.number}"
+
+
+def text_of(condition: Value, *, inner: bool = False) -> str:
+    """The condition, or value, as a user writes it, in canonical form."""
     match condition:
-        case Signal() | Named():
+        case Signal() | Named() | Variable() | Number():
             return _side(condition)
+        case Truth(value=value):
+            return "TRUE" if value else "FALSE"
         case Compare(operator=operator, left=left, right=right):
             return f"{_side(left)} {operator} {_side(right)}"
         case Not(operand=operand):
@@ -84,6 +105,8 @@ def _side(side: Comparable) -> str:
             return kind if kind == FOUND else f"{kind}{number}"
         case Named(name=name):
             return name
+        case Variable(name=name):
+            return f"${name}"
         case Number(value=value):
             return f"{value:.12g}"
         case _:
@@ -91,21 +114,22 @@ def _side(side: Comparable) -> str:
 
 
 class ConditionLowering:
-    """Lowers conditions against one program's numbers."""
+    """Lowers conditions and values against one program's numbers; `text` gives the index of a text."""
 
-    def __init__(self, numbers: array[float]) -> None:
+    def __init__(self, numbers: array[float], text: Callable[[str], int]) -> None:
         self._numbers = numbers
-        self._known: dict[tuple[Condition, bool], LoweredCondition] = {}
+        self._text = text
+        self._known: dict[tuple[Value, bool], LoweredCondition] = {}
         self._ahead = False
         self._indices: dict[float, int] = {}
 
-    def lower(self, condition: Condition, *, ahead: bool = False) -> LoweredCondition:
+    def lower(self, condition: Value, *, ahead: bool = False) -> LoweredCondition:
         """The code of `condition`, whose depth the parser has bounded."""
         known = self._known.get((condition, ahead))
         if known is None:
             self._ahead = ahead
-            code = self._code(condition)
-            known = LoweredCondition(code, signals_of(condition), text_of(condition))
+            code = self._push(condition)
+            known = LoweredCondition(code, reads_of(condition), text_of(condition))
             self._known[condition, ahead] = known
         return known
 
@@ -115,6 +139,10 @@ class ConditionLowering:
                 return encode(Instruction.READ_FOUND)
             case Signal(kind=kind, number=number):
                 return encode(_READS[kind], number, int(self._ahead))
+            case Variable(name=name, switch=switch):
+                return encode(_READS[BOOLEAN if switch else NUMBER], self._text(name), int(self._ahead))
+            case Truth(value=value):
+                return encode(Instruction.PUSH_BOOLEAN, int(value))
             case Named():
                 return encode(Instruction.READ_INPUT, 0, 0)  # an unknown name: there will be no program
             case Compare(operator=operator, left=left, right=right):
@@ -132,7 +160,7 @@ class ConditionLowering:
         first, *others = map(self._code, operands)
         return first + b"".join(other + joint for other in others)
 
-    def _push(self, number: Comparable) -> bytes:
+    def _push(self, number: Value) -> bytes:
         if not isinstance(number, Number):
             return self._code(number)
         index = self._indices.get(number.value)

@@ -9,13 +9,12 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
+from viapoint.compiler.actions import ActionLowering, Handler
 from viapoint.compiler.blocks import Blocks, OpenIf
 from viapoint.compiler.cell_checks import CellChecks
 from viapoint.compiler.cell_names import CellNames
 from viapoint.compiler.conditions import ConditionLowering
-from viapoint.compiler.emitter import Emitter
 from viapoint.compiler.findings import Findings
 from viapoint.compiler.flow import Flow, MotionTraits, loop_without_motion
 from viapoint.compiler.labels import Labels
@@ -25,7 +24,6 @@ from viapoint.language import tree
 from viapoint.language.tree import statement_span
 from viapoint.vm.instructions import SIZES, Instruction, operand_offset, packer
 from viapoint.vm.instructions import Operand as Op
-from viapoint.vm.ports import Origin
 from viapoint.vm.program import Label, Program, hash_source
 from viapoint.vm.shapes import INSTRUCTION_BY_WORD
 
@@ -36,10 +34,7 @@ _JUMP_TARGET = operand_offset(_I.JUMP, Op.TARGET)
 _BRANCH_TARGET = operand_offset(_I.JUMP_IF_FALSE, Op.TARGET)
 _REPEAT_TARGET = operand_offset(_I.REPEAT, Op.TARGET)
 _CALL_TARGET = operand_offset(_I.CALL, Op.TARGET)
-_ORIGINS = {"D": Origin.START, "D-": Origin.END, "S-": Origin.TIME, "%": Origin.PART}
 _SPEEDS = frozenset({"F", "FC", "FA"})
-
-Handler = Callable[[Any], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +47,7 @@ class _MotionPlan:
     checks: tuple[tuple[Callable[[tree.Motion, int], None], int], ...]
 
 
-class Lowering(Emitter):
+class Lowering(ActionLowering):
     """One program on its way to bytecode."""
 
     def __init__(self, program: tree.Program, findings: Findings, cell: CellNames | None) -> None:
@@ -68,7 +63,7 @@ class Lowering(Emitter):
         self._flow = Flow(findings)
         self.labels = Labels(findings, self._blocks)
         self._search: int | None = None  # text of the search that the motion being lowered makes
-        self._conditions = ConditionLowering(self._numbers)
+        self._conditions = ConditionLowering(self._numbers, self._text)
         self._handlers: dict[type, Handler] = {
             tree.Motion: self._motion,
             tree.Until: self._until,
@@ -81,6 +76,8 @@ class Lowering(Emitter):
             tree.SetOutput: self._set_output,
             tree.SetLevel: self._set_level,
             tree.Pulse: self._pulse,
+            tree.Let: self._let,
+            tree.Inc: self._inc,
             tree.At: self._at,
             tree.Sync: self._sync,
             tree.MFunction: self._m_function,
@@ -166,7 +163,7 @@ class Lowering(Emitter):
         self._emit(_I.UNTIL, len(self._code) + SIZES[_I.UNTIL] + len(lowered.code), self._search, kept)
         self._code += lowered.code
         if self._cell:
-            self._cell.condition(lowered.signals, statement.start)
+            self._cell.condition(lowered.reads, statement.start)
             if statement.capture is not None:
                 self._cell.kept_point(statement.capture, statement_span(statement))
 
@@ -232,48 +229,12 @@ class Lowering(Emitter):
         self._flow.exact_stop("WAIT")
         self._flow.takes_time()
         if self._cell:
-            self._cell.condition(lowered.signals, statement.start)
+            self._cell.condition(lowered.reads, statement.start)
 
     def _sync(self, statement: tree.Sync) -> None:
         self._emit(_I.BARRIER, self._text("SYNC"))
         self._flow.exact_stop("SYNC")
         self._flow.takes_time()
-
-    def _set_output(self, statement: tree.SetOutput) -> None:
-        self._emit(_I.SET_OUTPUT, self._output("DO", statement), int(statement.value))
-
-    def _set_level(self, statement: tree.SetLevel) -> None:
-        self._emit(_I.SET_LEVEL, self._output("AO", statement), self._number(statement.value))
-
-    def _pulse(self, statement: tree.Pulse) -> None:
-        self._emit(_I.PULSE, self._output("DO", statement), self._number(statement.seconds))
-
-    def _output(self, kind: str, statement: tree.SetOutput | tree.SetLevel | tree.Pulse) -> int:
-        index = self._names.output(statement)
-        if self._cell and isinstance(statement.output, int):
-            self._cell.signal(kind, index, statement_span(statement))
-        return index
-
-    def _at(self, statement: tree.At) -> None:
-        self._emit(_I.AT, _ORIGINS[statement.origin].value, self._number(statement.value))
-        action = statement.action
-        if not isinstance(action, tree.MFunction):
-            self._handlers[action.__class__](action)
-            return
-        self._emit(_I.RAISE_M, action.function)
-        if self._cell and self._cell.is_synchronous(action.function):
-            self._findings.add(
-                "E213",
-                statement_span(statement),
-                f"M{action.function} is synchronous: the robot would have to stop on the motion for it",
-                "declare it async under [m_functions] of the cell, or put it behind the motion",
-            )
-
-    def _m_function(self, statement: tree.MFunction) -> None:
-        self._emit(_I.RAISE_M, statement.function)
-        self._flow.takes_time()
-        if self._cell and self._cell.is_synchronous(statement.function):
-            self._flow.exact_stop(f"synchronous M{statement.function}")
 
     # Branches
 
@@ -281,12 +242,12 @@ class Lowering(Emitter):
         """Barrier, condition and its jump: where the jump's target goes, and whether the path stands."""
         condition = self._names.condition(statement.condition, statement.start)
         lowered = self._conditions.lower(condition, ahead=statement.ahead)
-        if lowered.signals and not arrived and not statement.ahead:
+        if lowered.reads and not arrived and not statement.ahead:
             self._emit(_I.BARRIER, self._text(f"{word} {lowered.text}"))
             self._flow.exact_stop(word)
             arrived = True
         if self._cell:
-            self._cell.condition(lowered.signals, statement.start)
+            self._cell.condition(lowered.reads, statement.start)
         self._code += lowered.code
         operand = len(self._code) + _BRANCH_TARGET
         self._emit(_I.JUMP_IF_FALSE, 0)

@@ -1,4 +1,4 @@
-"""Names of the cell in a program: which point or signal is meant, and what is said where none is."""
+"""Names of the cell in a program: which point, signal or variable is meant, and what is said if none is."""
 
 from __future__ import annotations
 
@@ -30,6 +30,8 @@ class Names:
         self._points = {} if cell is None else {tree.name_key(k): v for k, v in cell.point_names.items()}
         self._signals = {} if cell is None else {tree.name_key(k): v for k, v in cell.signal_names.items()}
         self._written = () if cell is None else (*cell.point_names, *cell.signal_names)
+        shared = {} if cell is None else cell.variables
+        self._variables = {tree.name_key(name): (name, switch) for name, switch in shared.items()}
         self._findings = findings
         self._source = source
 
@@ -67,6 +69,8 @@ class Names:
         match condition:
             case tree.Named():
                 return self._in_condition(condition, start, tuple(SWITCHES))
+            case tree.Variable():
+                return self._variable(condition, start, switch=True) or condition
             case tree.Not():
                 return condition._replace(operand=self.condition(condition.operand, start))
             case tree.And() | tree.Or():
@@ -79,7 +83,67 @@ class Names:
                 return condition
 
     def _comparable(self, each: tree.Comparable, start: int) -> tree.Comparable:
-        return self._in_condition(each, start, tuple(LEVELS)) if isinstance(each, tree.Named) else each
+        match each:
+            case tree.Named():
+                return self._in_condition(each, start, tuple(LEVELS))
+            case tree.Variable():
+                return self._variable(each, start, switch=False) or each
+            case _:
+                return each
+
+    def assignment(self, statement: tree.Let | tree.Inc) -> tuple[tree.Variable, tree.Value]:
+        """The variable that LET or INC writes, and its value, of the variable's kind."""
+        start, written = statement.start, statement.variable
+        value = statement.value if isinstance(statement, tree.Let) else statement.by
+        wanted = None if isinstance(statement, tree.Let) else False
+        variable = self._variable(written, start, switch=wanted)
+        if variable is None:
+            return written, tree.Number(value.start, value.end, 0.0)
+        if variable.switch:
+            if isinstance(value, tree.Number) or (isinstance(value, tree.Signal) and value.kind in LEVELS):
+                self._wrong_kind(f"`${variable.name}` is true or false; this is a number", value, start)
+                return variable, tree.Truth(value.start, value.end, False)
+            return variable, self.condition(value, start)
+        match value:
+            case tree.Number() | tree.Named() | tree.Variable():
+                return variable, self._comparable(value, start)
+            case tree.Signal(kind=kind) if kind in LEVELS:
+                return variable, value
+        self._wrong_kind(f"`${variable.name}` is a number; this is true or false", value, start)
+        return variable, tree.Number(value.start, value.end, 0.0)
+
+    def _wrong_kind(self, message: str, node: tree.Value, start: int, hint: str | None = None) -> None:
+        self._findings.add("E234", Span(start + node.start, start + node.end), message, hint)
+
+    def _variable(self, each: tree.Variable, start: int, *, switch: bool | None) -> tree.Variable | None:
+        """The variable as the cell declares it, which has to be of a kind; None: that is an error."""
+        span = Span(start + each.start, start + each.end)
+        found = self._variables.get(tree.name_key(each.name))
+        if found is None:
+            self._no_variable(each.name, span)
+            return None
+        name, is_switch = found
+        if switch is not None and is_switch is not switch:
+            if switch:
+                message, hint = f"`${name}` is a number", f"compare it: `${name} > 0`"
+            else:
+                message, hint = f"`${name}` is true or false; a number has to stand here", None
+            self._wrong_kind(message, each, start, hint)
+            return None
+        return tree.Variable(each.start, each.end, name, is_switch)
+
+    def _no_variable(self, name: str, span: Span) -> None:
+        if not self._known:
+            message = f"what `${name}` is stands in the cell file, and no cell is given"
+            self._findings.add("E212", span, message, "compile with --cell")
+            return
+        declared = [f"${each}" for each, _ in self._variables.values()]
+        hint = did_you_mean(f"${name}", declared) or (
+            f"declared are {', '.join(sorted(declared)[:LISTED])}"
+            if declared
+            else f"declare it in the cell file, under [variables]: {name} = 0"
+        )
+        self._findings.add("E233", span, f"the cell declares no variable `${name}`", hint)
 
     def _in_condition(self, named: tree.Named, start: int, kinds: tuple[str, ...]) -> _Read:
         span = Span(start + named.start, start + named.end)
@@ -108,7 +172,8 @@ class Names:
             self._findings.add("E212", span, message, "compile with --cell, or write the number")
             return
         names = [each for each in self._written if tree.name_key(each) in defined]
-        hint = did_you_mean(name, names) or _listed(what, names)
+        variables = [f"${each}" for each, _ in self._variables.values()] if what == "signal" else []
+        hint = did_you_mean(name, (*names, *variables)) or _listed(what, names)
         self._findings.add(code, span, f"the cell has no {what} of the name `{name}`", hint)
 
 

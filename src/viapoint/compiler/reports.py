@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 from viapoint.compiler.cell_checks import live_places
 from viapoint.compiler.cell_names import CellNames
-from viapoint.compiler.conditions import signals_of
+from viapoint.compiler.conditions import name_of, reads_of
 from viapoint.language import tree
 
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """One place: its line, what is read there in order (DI3, DO1, M5), and whether the path stops for it."""
+    """One place: its line, what is read there in order (DI3, $count), and whether the path stops for it."""
 
     line: int
     reads: tuple[str, ...]
@@ -33,6 +33,8 @@ def decision_report(program: tree.Program, cell: CellNames | None = None) -> tup
                 reads, barrier = _reads(condition), not ahead
             case tree.WaitFor(condition=condition) | tree.Until(condition=condition):
                 reads = _reads(condition)
+            case tree.Let(value=value) | tree.Inc(by=value):
+                reads = _reads(value)
             case tree.Motion() if cell is not None:
                 reads = live_places(statement, cell)
             case tree.WaitInput(input=index):
@@ -46,6 +48,5 @@ def decision_report(program: tree.Program, cell: CellNames | None = None) -> tup
     return tuple(found)
 
 
-def _reads(condition: tree.Condition) -> tuple[str, ...]:
-    names = (f"{signal.kind}{signal.number}" for signal in signals_of(condition))
-    return tuple(dict.fromkeys(names))
+def _reads(value: tree.Value) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(map(name_of, reads_of(value))))

@@ -21,7 +21,16 @@ from viapoint.language.commands import (
     Operand,
     Parameter,
 )
-from viapoint.language.grammar import Fault, Given, Operands, Part, as_condition, as_number
+from viapoint.language.grammar import (
+    Fault,
+    Given,
+    Operands,
+    Part,
+    as_comparable,
+    as_condition,
+    as_number,
+    as_value,
+)
 from viapoint.language.lexical import is_code, is_keyword
 from viapoint.language.shapes import BARE_NODES, CONDITION_NODES, JUMP_NODES, value_node
 
@@ -64,8 +73,10 @@ def build_action(operands: Operands, place: Place, text: str) -> tree.Statement:
             return _wait(command, operands, place)
         case Operand.OUTPUT | Operand.LEVEL | Operand.PULSE:
             return _output(command, operands, at)
+        case Operand.LET | Operand.INC:
+            return _variable(command, operands, place)
         case Operand.PLACE:
-            return _placed(command, operands, at, text)
+            return _placed(command, operands, place, text)
         case _:
             assert_never(command.operand)
 
@@ -142,7 +153,28 @@ def _output(command: ActionCommand, operands: Operands, at: tuple[int, int, int]
     return tree.SetOutput(*at, output, command.word == "SET")
 
 
-def _placed(command: ActionCommand, operands: Operands, at: tuple[int, int, int], text: str) -> tree.At:
+def _variable(command: ActionCommand, operands: Operands, place: Place) -> tree.Let | tree.Inc:
+    name, at = operands.label, place[:3]
+    assert name is not None
+    start, end = (name.start_pos or 0) + place.after, (name.end_pos or 0) + place.after
+    variable = tree.Variable(start, end, str(name)[1:])
+    what = f"the number of `{command.word}`"
+    for part in operands.parts:
+        if part.value is not None:
+            _within(REAL, what, part, command)
+    if command.operand is Operand.LET:
+        value = as_value(operands.parts[0])
+        if isinstance(value, tree.Number):
+            return tree.Let(*at, variable, _moved(value, place.after))
+        return tree.Let(*at, variable, shift(value, place.after))
+    by: tree.Comparable = tree.Number(end, end, 1.0)
+    if operands.parts:
+        by = _moved(as_comparable(operands.parts[0]), place.after)
+    return tree.Inc(*at, variable, by)
+
+
+def _placed(command: ActionCommand, operands: Operands, place: Place, text: str) -> tree.At:
+    at = place[:3]
     label, part, inner = operands.label, operands.parts[0], operands.action
     assert label is not None
     assert inner is not None
@@ -161,8 +193,14 @@ def _placed(command: ActionCommand, operands: Operands, at: tuple[int, int, int]
                 "E125", "`AT S` counts seconds before the end: they are negative", part.start, part.end, hint
             )
         origin, value = f"{origin}-" if backward else origin, abs(value)
-    action = build_action(inner, Place(*at, 0), text)
+    action = build_action(inner, Place(*at, place.after), text)
     assert isinstance(action, tree.PathAction)
+    if isinstance(action, tree.Let | tree.Inc):
+        given = action.value if isinstance(action, tree.Let) else action.by
+        if not isinstance(given, tree.Number | tree.Truth):
+            message = "what is written on a motion has to be known before it; this is read"
+            hint = "write the number itself, or put the line behind the motion, without AT"
+            raise Fault("E132", message, given.start - place.after, given.end - place.after, hint)
     return tree.At(*at, origin, value, action)
 
 
@@ -170,12 +208,10 @@ def shift(node: tree.Condition, by: int) -> tree.Condition:
     """The condition with its offsets moved by `by`. Depth is bounded by the grammar."""
     start, end = node.start + by, node.end + by
     match node:
-        case tree.Signal():
-            return tree.Signal(start, end, node.kind, node.number)
+        case tree.Signal() | tree.Named() | tree.Variable() | tree.Truth():
+            return node._replace(start=start, end=end)
         case tree.Not():
             return tree.Not(start, end, shift(node.operand, by))
-        case tree.Named():
-            return tree.Named(start, end, node.name)
         case tree.Compare():
             return tree.Compare(start, end, node.operator, _moved(node.left, by), _moved(node.right, by))
         case tree.And():

@@ -183,6 +183,8 @@ class Operand(Enum):
     OUTPUT = "an output"
     LEVEL = "an output, an analog one with = and its value"
     PULSE = "an output and a number of seconds"
+    LET = "a variable, = and its value"
+    INC = "a variable, and the number to add"
     PLACE = "a place and an action"
 
 
@@ -300,9 +302,23 @@ ACTIONS: Final = (
     ),
     _value("M", INDEX, "M function, synchronous or not as the cell declares it", "M 5"),
     ActionCommand(
+        words=("LET",),
+        doc="variable to a value when the path gets here",
+        operand=Operand.LET,
+        domain=REAL,
+        example="LET $count = 0",
+    ),
+    ActionCommand(
+        words=("INC",),
+        doc="add a number to a variable when the path gets here; without one, add 1",
+        operand=Operand.INC,
+        domain=REAL,
+        example="INC $count",
+    ),
+    ActionCommand(
         words=("AT",),
-        doc="SET, RESET, PULSE or M at a place of the next motion: mm behind its start or before its end, "
-        "seconds before its end, or a part of its length",
+        doc="SET, RESET, PULSE, M, LET or INC at a place of the next motion: mm behind its start or before "
+        "its end, seconds before its end, or a part of its length",
         operand=Operand.PLACE,
         domain=REAL,
         example="AT D-20 SET DO1",
@@ -329,17 +345,20 @@ LEVELS: Final = {"AI": "analog input", "AO": "analog output"}
 FOUND: Final = "FOUND"
 """What the last search has come to, as a condition reads it."""
 
+TRUTHS: Final = {"TRUE": True, "FALSE": False}
+"""The values of what is true or false."""
+
 SIGNALS: Final = SWITCHES | LEVELS
 """All signals a condition may read."""
 
 
 LATER_STATEMENTS: Final = _words(
-    "LET DIM WHILE ENDWHILE FOR ENDFOR BREAK CONTINUE GLOBAL USE INC ON OFF RETRY RESUME STOP ABORT PRINT"
+    "DIM WHILE ENDWHILE FOR ENDFOR BREAK CONTINUE GLOBAL USE ON OFF RETRY RESUME STOP ABORT PRINT"
 )
 """First words of statements that the language reserves and this version does not run."""
 
 LATER_WORDS: Final = LATER_STATEMENTS | _words(
-    "TO STEP ERROR ERRNO NEXT HERE TIME TRUE FALSE ABS MIN MAX SQRT SIN COS TAN ATAN2 ROUND FLOOR"
+    "TO STEP ERROR ERRNO NEXT HERE TIME ABS MIN MAX SQRT SIN COS TAN ATAN2 ROUND FLOOR"
 )
 """All words reserved for constructs to come."""
 
@@ -361,6 +380,7 @@ KEYWORDS: Final = frozenset(
         "UNTIL",
         "CAPTURE",
         FOUND,
+        *TRUTHS,
     }
     - _BARE_LETTERS_ARE_NAMES
 )

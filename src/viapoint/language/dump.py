@@ -44,6 +44,9 @@ def _statement(program: tree.Program, statement: tree.Statement, base: int) -> s
         case tree.At():
             place = f"{statement.origin} {statement.value!r}"
             return f"{name} {place}: {_statement(program, statement.action, base)}"
+        case tree.Let(variable=variable, value=value) | tree.Inc(variable=variable, by=value):
+            column = statement.start - base + 1
+            return f"{name} {condition(variable, column)} {condition(value, column)}"
         case tree.Goto() | tree.Sub():
             return f"{name} {statement.label}" + ("" if statement.times is None else f" x {statement.times}")
         case tree.Label():
@@ -65,7 +68,7 @@ def _statement(program: tree.Program, statement: tree.Statement, base: int) -> s
     assert_never(statement)
 
 
-def condition(node: tree.Condition | tree.Number, column: int = 1) -> str:
+def condition(node: tree.Value, column: int = 1) -> str:
     """A condition with the columns of its parts; `column` is that of its statement."""
     place = f"@{node.start + column}-{node.end + column}"
     match node:
@@ -75,6 +78,10 @@ def condition(node: tree.Condition | tree.Number, column: int = 1) -> str:
             return f"{node.value!r}{place}"
         case tree.Named():
             return f"{node.name}{place}"
+        case tree.Variable():
+            return f"${node.name}{place}"
+        case tree.Truth():
+            return f"{'TRUE' if node.value else 'FALSE'}{place}"
         case tree.Compare():
             return f"({condition(node.left, column)} {node.operator} {condition(node.right, column)}){place}"
         case tree.Not():

@@ -31,15 +31,21 @@ _FOREIGN_OPERATORS: Final = {
     "%": "MOD",
 }
 _SIGNAL: Final = re.compile(rf"({'|'.join(SIGNALS)})[0-9]+", re.IGNORECASE)
-_LATER_SIGNAL: Final = re.compile(r"\$.*|HERE(\..*)?|TIME", re.IGNORECASE)
+_LATER_SIGNAL: Final = re.compile(r"HERE(\..*)?|TIME", re.IGNORECASE)
 _AT_PLACE: Final = re.compile(
     rf"[ \t]*(?:[DS](?:[-+]?{NUMBER}|\(.*\))|(?:[-+]?{NUMBER}|\(.*\))[ \t]*%)", re.IGNORECASE
 )
 _OPERATORS: Final = ("AND", "OR", "NOT", "MOD")
 
 
+_VARIABLES_ARE: Final = "a variable is compared, as in `IF $count > 3`, and written by LET and INC"
+
+
 def later(word: str, start: int, end: int, hint: str | None = None) -> Fault:
-    """The fault of a construct that the language reserves."""
+    """The fault of a construct that the language reserves, and of a variable where none can stand."""
+    if word.startswith("$"):
+        message = f"`{word}` changes while the program runs; what stands here has to be known before"
+        return Fault("E132", message, start, end, _VARIABLES_ARE)
     return Fault("E111", f"`{word}` {LATER}", start, end, hint)
 
 
@@ -158,7 +164,9 @@ def name_for_number(word: str, start: int, end: int, hint: str | None = None) ->
 def _is_complete(before: str) -> bool:
     """Whether an expression could end after `before`: it ends with a number or a parenthesis."""
     stripped = before.rstrip()
-    return bool(stripped) and (stripped[-1] == ")" or stripped[-1].isdigit() or stripped[-1] == ".")
+    if not stripped or re.search(rf"[$]{NAME}$", stripped):
+        return bool(stripped)
+    return stripped[-1] == ")" or stripped[-1].isdigit() or stripped[-1] == "."
 
 
 def action_fault(word: str, text: str, error: Unexpected) -> Fault:
@@ -176,6 +184,8 @@ def action_fault(word: str, text: str, error: Unexpected) -> Fault:
             return _wait_fault(text, error.at)
         case "AT":
             return _place_fault(text, error.at)
+        case "LET" | "INC":
+            return _variable_fault(word, text, error.at)
         case "ELSE" | "ENDIF" | "END" | "SYNC":
             return _bare_fault(word, text)
         case _:
@@ -280,6 +290,25 @@ def _wait_fault(text: str, at: int) -> Fault:
     return expression_fault(text, at, "a condition", example)
 
 
+def _variable_fault(word: str, text: str, at: int) -> Fault:
+    example = f"for instance `{ACTION_BY_WORD[word].example}`"
+    found, start, end = _at_word(text, 0)
+    if not found:
+        return nothing_there(text, "a variable", example)
+    variable = re.match(rf"[ \t]*[$]{NAME}", text)
+    if variable is None:
+        if re.match(NAME, found):
+            message = f"`{found}` is no variable: the application's begin with `$`, others come later"
+            return Fault("E111", message, start, end, example)
+        return Fault("E113", f"a variable is expected, not `{found}`", start, end, example)
+    if word == "LET" and not text[variable.end() :].lstrip().startswith("="):
+        found, start, end = _at_word(text, variable.end())
+        message = f"`=` is expected behind the variable{f', not `{found}`' if found else ''}"
+        at = variable.end()
+        return Fault("E113", message, start if found else at - 1, end if found else at, example)
+    return expression_fault(text, at, "a value", example)
+
+
 def _place_fault(text: str, at: int) -> Fault:
     example = "for instance `AT D20 SET DO1`, `AT D-20 …`, `AT S-0.1 …`, `AT 50% …`"
     found, start, end = _at_word(text, 0)
@@ -296,9 +325,12 @@ def _place_fault(text: str, at: int) -> Fault:
         return Fault(
             inner.code, inner.message, max(inner.start, -MAX_LINE) + end, inner.end + end, inner.hint
         )
+    if action.upper() in ("LET", "INC") and at > start:
+        inner = _variable_fault(action.upper(), text[end:], max(at - end, 0))
+        return Fault(inner.code, inner.message, inner.start + end, inner.end + end, inner.hint)
     if re.match("M[0-9]*$", action, re.IGNORECASE) and at >= end:
         return _number_fault("M", text, at, example)
-    hint = "on the path stand SET, RESET, PULSE and asynchronous M"
+    hint = "on the path stand SET, RESET, PULSE, LET, INC and asynchronous M"
     return Fault("E112", f"unexpected `{action}` behind the place", start, end, hint)
 
 

@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from viapoint.language import tree
-from viapoint.language.commands import FOUND, INDEX, LEVELS, MOTIONS, SIGNALS
+from viapoint.language.commands import FOUND, INDEX, LEVELS, MOTIONS, SIGNALS, TRUTHS
 from viapoint.language.lexical import is_cell_name
 from viapoint.language.rules import SEARCH, grammar_text, rule_of, starts
 
@@ -44,7 +44,7 @@ class Unexpected(Exception):
 
 
 class Part(NamedTuple):
-    """An expression: a number (`value`), or what is read (`node`): a condition, an analog signal.
+    """An expression: a number (`value`), or what is read (`node`): a condition, an analog signal, a variable.
 
     Places include parentheses.
     """
@@ -136,6 +136,12 @@ def as_number(part: Part) -> Part:
                 f"`{part.node.name}` is a name; naming values is not part of this version of the language"
             )
             raise Fault("E118", message, part.node.start, part.node.end, "write the number itself")
+        if isinstance(part.node, tree.Variable):
+            message = (
+                f"`${part.node.name}` changes while the program runs; this number has to be known before"
+            )
+            hint = "a variable can be compared with a number, and `INC` adds to it"
+            raise Fault("E132", message, part.start, part.end, hint)
         if isinstance(part.node, tree.Signal) and part.node.kind in LEVELS:
             what = f"`{part.node.kind}{part.node.number}`"
             message = f"{what} changes while the program runs; this number has to be known before"
@@ -157,14 +163,23 @@ def as_condition(part: Part) -> tree.Condition:
 
 
 def as_comparable(part: Part) -> tree.Comparable:
-    """What a comparison compares: a number, an analog signal, a name. Raises Fault for a condition."""
+    """What a comparison compares: a number, an analog signal, a name, a variable. Raises Fault otherwise."""
     match part.node:
-        case tree.Named():
+        case tree.Named() | tree.Variable():
             return part.node
         case tree.Signal(kind=kind) if kind in LEVELS:
             return part.node
         case _:
             return tree.Number(part.start, part.end, as_number(part).value or 0.0)
+
+
+def as_value(part: Part) -> tree.Value:
+    """What a variable is given: any number, and all that is true or false."""
+    return (
+        part.node
+        if part.value is None and part.node
+        else tree.Number(part.start, part.end, part.value or 0.0)
+    )
 
 
 def _deeper(inner: Part, start: int, end: int) -> int:
@@ -225,6 +240,14 @@ class Actions:
         word = children[0]
         start, end = word.start_pos, word.end_pos
         return Part(start, end, None, tree.Signal(start, end, FOUND, 0), 0)
+
+    def truth(self, children: list[Any]) -> Part:
+        start, end = children[0].start_pos, children[0].end_pos
+        return Part(start, end, None, tree.Truth(start, end, TRUTHS[children[0].upper()]), 0)
+
+    def variable(self, children: list[Any]) -> Part:
+        start, end = children[0].start_pos, children[0].end_pos
+        return Part(start, end, None, tree.Variable(start, end, str(children[0])[1:]), 0)
 
     def named(self, children: list[Any]) -> Part:
         name = _free(children[0])

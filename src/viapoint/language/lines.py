@@ -273,7 +273,8 @@ def _first_fault(text: str, found: re.Match[str] | None) -> Fault:
         if word[0] == ":":
             return Fault("E113", "the name of the label is missing", 0, 1, "a label is `NAME:`")
         if word[0] == "$":
-            return later(word, 0, len(word))
+            hint = "write `LET $count = 3`, or `INC $count`"
+            return Fault("E110", f"`{word}` is a variable and no command", 0, len(word), hint)
         hint = "a statement begins with a command, such as `ML P1`"
         return Fault("E110", f"`{word}` is not a command", 0, len(word), hint)
     word = found.group()

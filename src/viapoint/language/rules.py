@@ -33,6 +33,8 @@ _OPERAND_RULES: Final = {
     Operand.OUTPUT: ("DO value", "NAME"),
     Operand.LEVEL: ("DO value", "NAME", "AO value _EQUALS value", "NAME _EQUALS value"),
     Operand.PULSE: ("DO value value", "NAME value"),
+    Operand.LET: ("WRITTEN _EQUALS disjunction",),
+    Operand.INC: ("WRITTEN disjunction?",),
     Operand.PLACE: ("ORIGIN value placed", "value PERCENT placed"),
 }
 
@@ -43,6 +45,7 @@ _KEYWORDS: Final = {
     "MOD": "MOD(?![A-Za-z0-9_])",
     "AHEAD": "AHEAD(?![A-Za-z0-9_])",
     "FOUND": "FOUND(?![A-Za-z0-9_])",
+    "TRUTH": "(?:TRUE|FALSE)(?![A-Za-z0-9_])",
     "_CAPTURE": "CAPTURE(?![A-Za-z0-9_])",
     "DO": "DO(?![A-Za-z_])",
     "AO": "AO(?![A-Za-z_])",
@@ -52,6 +55,8 @@ _KEYWORDS: Final = {
     "_SET": "SET(?![A-Za-z0-9_])",
     "_RESET": "RESET(?![A-Za-z0-9_])",
     "_PULSE": "PULSE(?![A-Za-z0-9_])",
+    "_LET": "LET(?![A-Za-z0-9_])",
+    "_INC": "INC(?![A-Za-z0-9_])",
     "_M": r"M(?=[ \t]*[0-9(])",
 }
 """Words inside a statement; they go before names."""

@@ -149,6 +149,26 @@ class Pulse(NamedTuple):
     seconds: float
 
 
+class Let(NamedTuple):
+    """LET $n = v. `value` is worked out, or read where the path has arrived."""
+
+    line: int
+    start: int
+    end: int
+    variable: Variable
+    value: Value
+
+
+class Inc(NamedTuple):
+    """INC $n [by]."""
+
+    line: int
+    start: int
+    end: int
+    variable: Variable
+    by: Comparable
+
+
 class MFunction(NamedTuple):
     """M n."""
 
@@ -158,7 +178,7 @@ class MFunction(NamedTuple):
     function: int
 
 
-PathAction: TypeAlias = SetOutput | SetLevel | Pulse | MFunction
+PathAction: TypeAlias = SetOutput | SetLevel | Pulse | MFunction | Let | Inc
 """What may stand at a place of a motion."""
 
 
@@ -209,7 +229,27 @@ class Named(NamedTuple):
     name: str
 
 
-Comparable: TypeAlias = Number | Signal | Named
+class Variable(NamedTuple):
+    """A variable shared with the application, `$name`; `name` is without the sign.
+
+    `switch`: it is true or false, as far as the cell is known; the parser leaves it False.
+    """
+
+    start: int
+    end: int
+    name: str
+    switch: bool = False
+
+
+class Truth(NamedTuple):
+    """TRUE or FALSE."""
+
+    start: int
+    end: int
+    value: bool
+
+
+Comparable: TypeAlias = Number | Signal | Named | Variable
 """What stands on either side of a comparison."""
 
 
@@ -247,8 +287,11 @@ class Or(NamedTuple):
     operands: tuple[Condition, ...]
 
 
-Condition: TypeAlias = Signal | Named | Compare | Not | And | Or
+Condition: TypeAlias = Signal | Named | Variable | Truth | Compare | Not | And | Or
 """Offsets of condition nodes count from the start of their statement."""
+
+Value: TypeAlias = Comparable | Condition
+"""What a variable can be given: a number, or what is true or false."""
 
 
 class If(NamedTuple):
@@ -336,6 +379,8 @@ Statement: TypeAlias = (
     | SetOutput
     | SetLevel
     | Pulse
+    | Let
+    | Inc
     | MFunction
     | At
     | Sync
@@ -368,6 +413,6 @@ def name_key(name: str) -> str:
     return name.upper()
 
 
-def condition_span(statement: If | ElseIf | WaitFor, node: Condition | Number) -> Span:
+def condition_span(statement: If | ElseIf | WaitFor, node: Value) -> Span:
     """Absolute place of a node of `statement`'s condition."""
     return Span(statement.start + node.start, statement.start + node.end)

@@ -94,14 +94,14 @@ COMMANDS: Final = (
     Command(
         "io",
         "io [SIGNAL VALUE | Mn off]",
-        "list signals; set an input; answer an M function",
+        "list signals and variables; set one; answer an M function",
         surroundings.io,
         "signal on off",
     ),
     Command(
         "force",
         "force [SIGNAL VALUE|free | free]",
-        "hold a signal at on, off or a number; let it go, or all",
+        "hold a signal or variable at on, off or a number; let it go, or all",
         surroundings.force,
         "signal on off free",
     ),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable
+from itertools import islice
 from pathlib import Path
 from typing import Final
 
@@ -26,7 +27,7 @@ _LAST_WORD: Final = re.compile(r"\S*$")
 _NUMBERED_SIGNALS: Final = 8
 """Signals without a name that are offered by their number; more would only fill the screen."""
 
-_AT_A_PLACE: Final = ("SET", "RESET", "PULSE", "M")
+_AT_A_PLACE: Final = ("SET", "RESET", "PULSE", "M", "LET", "INC")
 """What can be done at a place of the next motion."""
 
 
@@ -85,6 +86,11 @@ def _operand(console: Console, action: ActionCommand, words: list[str]) -> Itera
             yield from _condition(console, action, words)
         case Operand.LEVEL:
             yield from _signals(console, ("DO", "AO"))
+        case Operand.LET if "=" in words:
+            yield from _signals(console, tuple(kind.value for kind in SignalKind))
+            yield from ("TRUE", "FALSE", "NOT")
+        case Operand.LET | Operand.INC if len(words) == 1:
+            yield from _signals(console, (SignalKind.VARIABLE.value,))
         case Operand.OUTPUT | Operand.PULSE:
             yield from _signals(console, ("DO",))
         case Operand.PLACE if len(words) == 2:
@@ -155,8 +161,9 @@ def _signals(console: Console, kinds: tuple[str, ...]) -> Iterable[str]:
     io = console.session.cell.io
     for kind in kinds:
         yield from (name for name, signal in io.names.items() if signal.kind.value == kind)
-        count = min(io.counts[SignalKind(kind)], _NUMBERED_SIGNALS)
-        yield from (f"{kind}{index}" for index in range(1, count + 1))
+        signals = io.of_kind(SignalKind(kind))
+        few = signals if kind == SignalKind.VARIABLE.value else islice(signals, _NUMBERED_SIGNALS)
+        yield from map(str, few)
 
 
 def _files(word: str) -> Iterable[str]:

@@ -124,16 +124,15 @@ def joint_units(session: Interactive) -> Floats:
 
 
 def signal_lines(session: Interactive) -> Iterator[str]:
-    """Signals that have a name, are not at rest, or are forced; M flags that are raised."""
+    """Signals that have a name, are not at rest, or are forced; variables; M flags that are raised."""
     bank, io = session.signals, session.cell.io
     names = {signal: name for name, signal in io.names.items()}
     for kind in SignalKind:
-        digital = kind in (SignalKind.DIGITAL_INPUT, SignalKind.DIGITAL_OUTPUT)
         for signal in bank.of_kind(kind):
             value, forced = bank.read(signal), signal in bank.forced
-            if not (value or forced or signal in names):
+            if not (value or forced or signal in names or kind is SignalKind.VARIABLE):
                 continue
-            said = ("on" if value else "off") if digital else figure(float(value))
+            said = ("on" if value else "off") if io.is_switch(signal) else figure(float(value))
             name = f"  {names[signal]}" if signal in names else ""
             yield f"{signal!s:<5} {said}{'  forced' if forced else ''}{name}"
     for index in sorted(session.flags):

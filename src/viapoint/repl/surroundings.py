@@ -1,4 +1,4 @@
-"""Commands about what is around the robot: points and signals."""
+"""Commands about what is around the robot: points, signals and variables."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _save(console: Console, path: Path | None) -> None:
 
 
 def io(console: Console, words: list[str]) -> None:
-    """Set an input, answer an M function, or list what is not at rest."""
+    """Set an input or a variable, answer an M function, or list what is not at rest."""
     session = console.session
     words = [word for word in words if word != "="]
     if not words:
@@ -81,13 +81,13 @@ def io(console: Console, words: list[str]) -> None:
     if len(words) != 2:
         raise Complaint("write `:io DI3 on`, or `:io M5 off`")
     if words[0].upper().startswith("M") and words[0][1:].isdecimal():
-        if values.level(words[0], words[1]):
+        if values.level(session, words[0], words[1]):
             raise Complaint("only the program raises an M function; `off` answers it")
         session.reset_m(int(words[0][1:]))
     else:
         code = values.signal(session, words[0])
         try:
-            session.set_input(code, values.level(code, words[1]))
+            session.set_input(code, values.level(session, code, words[1]))
         except ValueError:
             raise Complaint(f"{code} is an output: the program sets it; `:force {code}` holds it") from None
     _pass_on(console)
@@ -107,7 +107,7 @@ def force(console: Console, words: list[str]) -> None:
         if words[1].lower() == FREE:
             session.release(code)
         else:
-            session.force(code, values.level(code, words[1]))
+            session.force(code, values.level(session, code, words[1]))
     else:
         raise Complaint("write `:force DI3 on`, `:force DI3 free`, or `:force free`")
     _pass_on(console)

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from viapoint.interactive import Interactive
 
 _LEVELS: Final = {"on": True, "true": True, "1": True, "off": False, "false": False, "0": False}
-_ANALOG: Final = ("AI", "AO")
 
 
 def number(word: str, what: str) -> float:
@@ -66,14 +65,19 @@ def signal(session: Interactive, word: str) -> str:
     try:
         return str(session.signals.resolve(word))
     except KeyError:
-        near = did_you_mean(word, session.cell.io.names)
+        io = session.cell.io
+        near = did_you_mean(word, (*io.names, *(f"${name}" for name in io.variables)))
         hint = near or "write DI1, DO1, AI1, AO1, or a name of the cell"
+        if word.startswith("$"):
+            hint = near or "variables are declared in the cell, under [variables]"
+            raise Complaint(f"the cell declares no variable `{word}`; {hint}") from None
         raise Complaint(f"the cell has no signal `{word}`; {hint}") from None
 
 
-def level(code: str, word: str) -> bool | float:
-    """A value for a signal: on or off, or a number where it is analog."""
-    if code.startswith(_ANALOG):
+def level(session: Interactive, code: str, word: str) -> bool | float:
+    """A value for a signal or variable: on or off, or a number where it is one."""
+    found = session.cell.io.find(code)
+    if found is not None and not session.cell.io.is_switch(found):
         return number(word, f"a value for {code}")
     value = _LEVELS.get(word.lower())
     if value is None:

@@ -236,8 +236,8 @@ class Attendant:
             case "advance":
                 self._advance(client, request)
                 return None
-            case "variable":
-                raise Refused("variables ($name) are not part of this version", request.identity)
+            case "variable" if values["value"] is None:
+                return {"value": self.session.signals.read(self._signal(request))}
             case "ping":
                 pass
             case _:
@@ -251,9 +251,9 @@ class Attendant:
         """What changes the run, from the next tick on."""
         session, values, refused = self.session, request.values, None
         match request.do:
-            case "set":
+            case "set" | "variable":
                 signal = self._signal(request)
-                if signal.kind not in (SignalKind.DIGITAL_INPUT, SignalKind.ANALOG_INPUT):
+                if signal.kind in (SignalKind.DIGITAL_OUTPUT, SignalKind.ANALOG_OUTPUT):
                     raise Refused(f"{signal} is an output: the program sets it", request.identity)
                 session.set_input(str(signal), self._level(request))
             case "force":
@@ -270,21 +270,23 @@ class Attendant:
             raise Refused(refused, request.identity)
 
     def _signal(self, request: Request) -> Signal:
-        name = request.values["signal"]
+        """The signal or variable that is meant; a request for a variable may leave out its `$`."""
+        values, io = request.values, self.session.cell.io
+        name = f"${values['name'].removeprefix('$')}" if "name" in values else values["signal"]
         try:
             return self.session.signals.resolve(name)
         except KeyError:
-            hint = did_you_mean(name, self.session.cell.io.names)
-            text = f"the cell has no signal `{name}`{f'; {hint}' if hint else ''}"
-            raise Refused(text, request.identity) from None
+            hint = did_you_mean(name, (*io.names, *(f"${each}" for each in io.variables)))
+            what = f"declares no variable `{name}`" if name.startswith("$") else f"has no signal `{name}`"
+            raise Refused(f"the cell {what}{f'; {hint}' if hint else ''}", request.identity) from None
 
     def _level(self, request: Request) -> bool | float:
         signal, value = self._signal(request), request.values["value"]
-        digital = signal.kind in (SignalKind.DIGITAL_INPUT, SignalKind.DIGITAL_OUTPUT)
-        if digital is not isinstance(value, bool):
-            kind = "true or false" if digital else "a number"
+        switch = self.session.cell.io.is_switch(signal)
+        if switch is not isinstance(value, bool):
+            kind = "true or false" if switch else "a number"
             raise Refused(f"{signal} takes {kind}", request.identity)
-        return value if digital else float(value)
+        return value if switch else float(value)
 
     def _subscribe(self, client: int, hertz: float, events: bool) -> None:
         stride = max(1, round(1.0 / (hertz * self.session.cell.tick))) if hertz else 0

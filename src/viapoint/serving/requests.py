@@ -80,14 +80,16 @@ REQUESTS: Final[Mapping[str, Spec]] = {
     ),
     "monitor": Spec({}, "the monitor now", logged=False),
     "read": Spec({"signal": _SIGNAL}, "a signal's present value", logged=False),
-    "set": Spec({"signal": _SIGNAL, "value": _LEVEL}, "set an input"),
-    "force": Spec({"signal": _SIGNAL, "value": _LEVEL}, "hold any signal at a value"),
+    "set": Spec({"signal": _SIGNAL, "value": _LEVEL}, "set an input or a variable"),
+    "force": Spec({"signal": _SIGNAL, "value": _LEVEL}, "hold any signal or variable at a value"),
     "release": Spec({"signal": _SIGNAL}, "end forcing a signal"),
     "reset_m": Spec({"index": Value("a whole number", _whole(0, 65_535))}, "answer an M function"),
     "variable": Spec(
-        {"name": _SIGNAL, "value": Value("true, false or a number", _LEVEL.holds, None)},
-        "read or set a variable: not in this version, always refused",
-        logged=False,
+        {
+            "name": Value("the name of a variable", lambda value: isinstance(value, str)),
+            "value": Value("true, false or a number", _LEVEL.holds, None),
+        },
+        "a variable's present value; with `value`, set it",
     ),
     "override": Spec(
         {"percent": Value("a number from -100 to 100", _between(-100.0, 100.0))}, "scale all speeds"

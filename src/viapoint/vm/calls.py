@@ -1,10 +1,9 @@
-"""The calls and reads that instructions make by themselves, whatever the state of the machine."""
+"""The calls that instructions make by themselves, whatever the state of the machine."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from viapoint.vm.conditions import Reading
 from viapoint.vm.instructions import Instruction
 from viapoint.vm.ports import (
     Barrier,
@@ -66,16 +65,3 @@ CALLS: dict[Instruction, _Maker] = {
     Instruction.BARRIER: _barrier,
 }
 """By instruction, what makes its call of program, world, line and operands."""
-
-
-def read_signal(world: WorldPort, reading: Reading, line: int, *, ahead: bool) -> float:
-    """A signal or flag of the outside world."""
-    match reading.kind:
-        case "DI":
-            return world.read_input(reading.number, line=line, ahead=ahead)
-        case "DO":
-            return world.read_output(reading.number, line=line, ahead=ahead)
-        case "M":
-            return world.read_m(reading.number, line=line, ahead=ahead)
-        case _:
-            return world.read_level(reading, line=line, ahead=ahead)

@@ -30,6 +30,7 @@ from viapoint.vm.ports import (
     SelectTool,
     SetLevel,
     SetOutput,
+    SetVariable,
     Tangent,
     Target,
     Track,
@@ -70,6 +71,10 @@ def describe(call: Call) -> str:
     return f"{call.line:4d} {_text(call)}"
 
 
+def _value(value: bool | float) -> str:
+    return f"{value:.3f}" if isinstance(value, float) else "true" if value else "false"
+
+
 def _text(call: Call) -> str:
     match call:
         case Motion():
@@ -78,6 +83,8 @@ def _text(call: Call) -> str:
             return f"{'SET' if call.value else 'RESET'} DO{call.index}"
         case SetLevel():
             return f"SET AO{call.index} = {call.value:.3f}"
+        case SetVariable(name=name, value=value, adds=adds):
+            return f"INC ${name} {value:.3f}" if adds else f"LET ${name} = {_value(value)}"
         case Pulse():
             return f"PULSE DO{call.index} {call.seconds:.3f}"
         case SelectTool():
@@ -113,44 +120,36 @@ class ScriptedWorld:
     log: list[str] = field(default_factory=list)
     outputs: dict[int, bool] = field(default_factory=dict)
     analog: dict[int, float] = field(default_factory=dict)
+    variables: dict[str, float] = field(default_factory=dict)
     flags: dict[int, bool] = field(default_factory=dict)
     _reads: dict[int, int] = field(default_factory=dict)
 
-    def _note(self, line: int, signal: str, value: bool, ahead: bool) -> bool:
-        self.log.append(f"{line:4d} {signal} is {'true' if value else 'false'}{' ahead' if ahead else ''}")
-        return value
-
-    def read_input(self, index: int, *, line: int, ahead: bool) -> bool:
-        """The next scripted value."""
-        values = self.inputs.get(index) or (False,)
-        turn = self._reads.get(index, 0)
-        self._reads[index] = turn + 1
-        return self._note(line, f"DI{index}", values[min(turn, len(values) - 1)], ahead)
-
-    def read_output(self, index: int, *, line: int, ahead: bool) -> bool:
-        """What the program has set."""
-        return self._note(line, f"DO{index}", self.outputs.get(index, False), ahead)
-
-    def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
-        """Raised by an asynchronous M; a synchronous one is reset at once."""
-        return self._note(line, f"M{index}", self.flags.get(index, False), ahead)
-
-    def read_level(self, reading: Reading, *, line: int, ahead: bool) -> float:
+    def read(self, reading: Reading, *, line: int, ahead: bool) -> float:
         """As the script says, or as the program has set it."""
-        given = self.levels if reading.kind == "AI" else self.analog
-        value = given.get(reading.number, 0.0)
-        self.log.append(f"{line:4d} {reading} is {value:.3f}{' ahead' if ahead else ''}")
+        value = self._present(reading)
+        shown = _value(bool(value) if reading.is_switch else float(value))
+        self.log.append(f"{line:4d} {reading} is {shown}{' ahead' if ahead else ''}")
         return value
+
+    def _present(self, reading: Reading) -> float:
+        match reading.kind:
+            case "DI":
+                values = self.inputs.get(reading.number) or (False,)
+                turn = self._reads.get(reading.number, 0)
+                self._reads[reading.number] = turn + 1
+                return values[min(turn, len(values) - 1)]
+            case "DO":
+                return self.outputs.get(reading.number, False)
+            case "M":  # raised by an asynchronous one; a synchronous one is reset at once
+                return self.flags.get(reading.number, False)
+            case "AI" | "AO" as kind:
+                return (self.levels if kind == "AI" else self.analog).get(reading.number, 0.0)
+            case _:
+                return self.variables.get(reading.name, 0.0)
 
     def holds(self, condition: Condition, *, line: int) -> bool:
         """By the script."""
-        return condition.holds(lambda reading: self._read(reading, line))
-
-    def _read(self, reading: Reading, line: int) -> float:
-        switches = {"DI": self.read_input, "DO": self.read_output, "M": self.read_m}
-        if reading.kind in switches:
-            return switches[reading.kind](reading.number, line=line, ahead=False)
-        return self.read_level(reading, line=line, ahead=False)
+        return condition.holds(lambda reading: self.read(reading, line=line, ahead=False))
 
     def live_place(
         self, points: tuple[int | None, ...], frame: int, *, line: int, arrived: bool
@@ -199,6 +198,9 @@ class CanonicalPort:
             self.world.outputs[call.index] = call.value
         elif isinstance(call, SetLevel):
             self.world.analog[call.index] = call.value
+        elif isinstance(call, SetVariable):
+            before = self.world.variables.get(call.name, 0.0) if call.adds else 0.0
+            self.world.variables[call.name] = before + call.value
         elif isinstance(call, RaiseM):
             self.world.flags[call.index] = not call.synchronous
         return True

@@ -6,11 +6,17 @@ It is made from the condition's own instructions, so that it means the same ther
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from viapoint.vm.instructions import Decoded, Instruction, Operand
+
+NUMBER: Final = "$"
+"""Kind of a variable that is a number."""
+
+BOOLEAN: Final = "$?"
+"""Kind of a variable that is true or false."""
 
 READINGS = {
     Instruction.READ_INPUT: "DI",
@@ -18,6 +24,8 @@ READINGS = {
     Instruction.READ_M: "M",
     Instruction.READ_ANALOG_INPUT: "AI",
     Instruction.READ_ANALOG_OUTPUT: "AO",
+    Instruction.READ_NUMBER: NUMBER,
+    Instruction.READ_BOOLEAN: BOOLEAN,
 }
 """The instructions that read the outside world, and what of it."""
 
@@ -33,18 +41,33 @@ BINARY: dict[Instruction, Callable[[float, float], bool]] = {
 }
 """What joins the two values on top of the stack."""
 
-IN_A_CONDITION = frozenset({*READINGS, *BINARY, Instruction.PUSH, Instruction.NOT})
+IN_A_CONDITION = frozenset({*READINGS, *BINARY, Instruction.PUSH, Instruction.PUSH_BOOLEAN, Instruction.NOT})
 """All instructions a condition is made of."""
 
 
 class Reading(NamedTuple):
-    """A signal of the outside world by kind (DI, DO, M, AI, AO) and number."""
+    """A signal of the outside world by kind (DI, DO, M, AI, AO) and number, or a variable by its name."""
 
     kind: str
     number: int
+    name: str = ""
+
+    @property
+    def is_switch(self) -> bool:
+        """Whether it is true or false; otherwise it is a number."""
+        return self.kind not in _NUMBERS
 
     def __str__(self) -> str:
-        return f"{self.kind}{self.number}"
+        return f"${self.name}" if self.name else f"{self.kind}{self.number}"
+
+
+_NUMBERS: Final = frozenset({"AI", "AO", NUMBER})
+
+
+def reading_of(instruction: Instruction, operand: int, texts: Sequence[str]) -> Reading:
+    """What an instruction of `READINGS` reads."""
+    kind = READINGS[instruction]
+    return Reading(kind, 0, texts[operand]) if kind in (NUMBER, BOOLEAN) else Reading(kind, operand)
 
 
 Read = Callable[[Reading], float]
@@ -79,16 +102,18 @@ class Condition:
         return bool(stack.pop())
 
 
-def condition_of(code: Iterable[Decoded], numbers: Iterable[float], text: str) -> Condition:
+def condition_of(
+    code: Iterable[Decoded], numbers: Sequence[float], texts: Sequence[str], text: str
+) -> Condition:
     """The condition that instructions of `IN_A_CONDITION` compute."""
-    known = list(numbers)
     steps: list[float | Reading | Instruction] = []
     for one in code:
-        kind = READINGS.get(one.instruction)
-        if kind is not None:
-            steps.append(Reading(kind, one.operands[0]))
+        if one.instruction in READINGS:
+            steps.append(reading_of(one.instruction, one.operands[0], texts))
         elif one.instruction is Instruction.PUSH:
-            steps.append(known[one.operand(Operand.NUMBER)])
+            steps.append(numbers[one.operand(Operand.NUMBER)])
+        elif one.instruction is Instruction.PUSH_BOOLEAN:
+            steps.append(bool(one.operand(Operand.FLAG)))
         else:
             steps.append(one.instruction)
     return Condition(text, tuple(steps))

@@ -59,6 +59,8 @@ def _operand(program: Program, kind: Operand, value: int) -> str:
             return f"{program.numbers[value]:.12g}"
         case Operand.TEXT:
             return program.texts[value]
+        case Operand.VARIABLE:
+            return f"${program.texts[value]}"
         case Operand.LABEL:
             return program.labels[value].name
         case Operand.TARGET:

@@ -38,6 +38,7 @@ class Operand(Enum):
         "B",
         "a place counts in mm from the start (0), mm before the end (1), s before the end (2), % (3)",
     )
+    VARIABLE = ("variable", "I", "index into the texts: the name of a variable")
     KEPT = ("kept", "I", "point that keeps the pose, counted from 1; 0: none")
     AHEAD = ("ahead", "B", "1: read when interpreted; 0: read behind a barrier")
 
@@ -144,6 +145,16 @@ class Instruction(Enum):
         _O.TARGET, _O.TEXT, _O.KEPT, falls_through=False,
     )  # fmt: skip
 
+    LET_NUMBER = _row(
+        0x2A, "LET: the variable becomes the number.", _O.VARIABLE, pops="N", place=_LEAVES
+    )  # fmt: skip
+    LET_BOOLEAN = _row(
+        0x2B, "LET: the variable becomes true or false.", _O.VARIABLE, pops="B", place=_LEAVES
+    )  # fmt: skip
+    INCREMENT = _row(
+        0x2C, "INC: the number is added to the variable.", _O.VARIABLE, pops="N", place=_LEAVES
+    )  # fmt: skip
+
     BARRIER = _row(
         0x30, "Stop the path here and wait until it has arrived; the text says why.",
         _O.TEXT, place=Place.ARRIVES,
@@ -168,9 +179,17 @@ class Instruction(Enum):
         _O.TARGET, _O.TEXT, _O.NUMBER, pushes="B", place=_READS, falls_through=False,
     )  # fmt: skip
 
+    READ_NUMBER = _row(
+        0x3A, "Read a variable that is a number.", _O.VARIABLE, _O.AHEAD, pushes="N", place=_READS
+    )  # fmt: skip
+    READ_BOOLEAN = _row(
+        0x3B, "Read a variable that is true or false.", _O.VARIABLE, _O.AHEAD, pushes="B", place=_READS
+    )  # fmt: skip
+
     READ_FOUND = _row(0x39, "Whether the last search has found.", pushes="B")
 
     PUSH = _row(0x40, "The number.", _O.NUMBER, pushes="N")
+    PUSH_BOOLEAN = _row(0x4A, "True (1) or false (0).", _O.FLAG, pushes="B")
     NOT = _row(0x41, "Logical not.", pops="B", pushes="B")
     AND = _row(0x42, "Logical and of both; both have been read.", pops="BB", pushes="B")
     OR = _row(0x43, "Logical or of both; both have been read.", pops="BB", pushes="B")
@@ -193,7 +212,15 @@ class Instruction(Enum):
 
 
 PATH_ACTIONS = frozenset(
-    {Instruction.SET_OUTPUT, Instruction.SET_LEVEL, Instruction.PULSE, Instruction.RAISE_M}
+    {
+        Instruction.SET_OUTPUT,
+        Instruction.SET_LEVEL,
+        Instruction.PULSE,
+        Instruction.RAISE_M,
+        Instruction.LET_NUMBER,
+        Instruction.LET_BOOLEAN,
+        Instruction.INCREMENT,
+    }
 )
 """What may stand behind AT."""
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Hashable
 
-from viapoint.vm.calls import CALLS, read_signal
-from viapoint.vm.conditions import BINARY, READINGS, Reading
+from viapoint.vm.calls import CALLS
+from viapoint.vm.conditions import BINARY, READINGS, Reading, reading_of
 from viapoint.vm.cycles import main_loop
 from viapoint.vm.frames import ActiveCall, Frame
 from viapoint.vm.instructions import Instruction
@@ -32,14 +32,13 @@ from viapoint.vm.ports import (
     MotionPort,
     Origin,
     PathAction,
-    Pulse,
     RaiseM,
     Search,
     SelectTool,
-    SetLevel,
-    SetOutput,
+    SetVariable,
     Suspension,
     WorldPort,
+    Write,
 )
 from viapoint.vm.program import Program
 from viapoint.vm.steps import Step, Steps
@@ -325,7 +324,7 @@ class Machine:
         following = self._steps.at(step.following)
         self._address = following.following
         call = HANDLERS[following.instruction](self, following)
-        assert isinstance(call, SetOutput | SetLevel | Pulse | RaiseM), "the verifier has seen to it"
+        assert isinstance(call, Write | RaiseM), "the verifier has seen to it"
         if isinstance(call, RaiseM) and call.synchronous:
             message = f"M{call.index} is synchronous: the robot would have to stop on the motion for it"
             return Failed(step.line, "E404", message)
@@ -341,7 +340,7 @@ class Machine:
 
     def _await_input(self, step: Step) -> AwaitInput | None:
         index = step.operands[0]
-        if self._world.read_input(index, line=step.line, ahead=False):
+        if self._world.read(Reading("DI", index), line=step.line, ahead=False):
             return None
         return AwaitInput(step.line, index)
 
@@ -361,15 +360,27 @@ class Machine:
         return None
 
     def _read(self, step: Step) -> None:
-        number, ahead = step.operands
-        reading = Reading(READINGS[step.instruction], number)
-        self._stack.append(read_signal(self._world, reading, step.line, ahead=bool(ahead)))
+        operand, ahead = step.operands
+        reading = reading_of(step.instruction, operand, self._program.texts)
+        self._stack.append(self._world.read(reading, line=step.line, ahead=bool(ahead)))
+
+    def _write_variable(self, step: Step) -> Call:
+        value = self._stack.pop()
+        return SetVariable(
+            line=step.line,
+            name=self._program.texts[step.operands[0]],
+            value=bool(value) if step.instruction is Instruction.LET_BOOLEAN else float(value),
+            adds=step.instruction is Instruction.INCREMENT,
+        )
 
     def _read_found(self, step: Step) -> None:
         self._stack.append(self._world.found())
 
     def _push(self, step: Step) -> None:
         self._stack.append(self._program.numbers[step.operands[0]])
+
+    def _push_boolean(self, step: Step) -> None:
+        self._stack.append(bool(step.operands[0]))
 
     def _not(self, step: Step) -> None:
         self._stack.append(not self._stack.pop())
@@ -406,9 +417,13 @@ HANDLERS: dict[Instruction, _Handler] = {
     Instruction.SELECT_TOOL: Machine._select_tool,
     Instruction.AWAIT_INPUT: Machine._await_input,
     **dict.fromkeys(READINGS, Machine._read),
+    **dict.fromkeys(
+        (Instruction.LET_NUMBER, Instruction.LET_BOOLEAN, Instruction.INCREMENT), Machine._write_variable
+    ),
     Instruction.AWAIT: Machine._await,
     Instruction.AWAIT_FOR: Machine._await,
     Instruction.PUSH: Machine._push,
+    Instruction.PUSH_BOOLEAN: Machine._push_boolean,
     Instruction.NOT: Machine._not,
     **{instruction: _binary(function) for instruction, function in BINARY.items()},
 }

@@ -85,7 +85,7 @@ class PathAction:
 
     origin: Origin
     value: float
-    call: SetOutput | SetLevel | Pulse | RaiseM
+    call: SetOutput | SetLevel | SetVariable | Pulse | RaiseM
 
     def __str__(self) -> str:
         """The place as a program writes it: AT D-20."""
@@ -143,6 +143,16 @@ class SetLevel:
     line: int
     index: int
     value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetVariable:
+    """LET $n = v, or with `adds` INC $n v; effective where the path gets to its place."""
+
+    line: int
+    name: str
+    value: bool | float
+    adds: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -211,7 +221,10 @@ class End:
     line: int
 
 
-Call = Motion | SetOutput | SetLevel | Pulse | SelectTool | Dwell | RaiseM | Track | Tangent | Barrier | End
+Write = SetOutput | SetLevel | SetVariable | Pulse
+"""What changes a signal or a variable where the path gets to its place."""
+
+Call = Motion | Write | SelectTool | Dwell | RaiseM | Track | Tangent | Barrier | End
 
 
 class MotionPort(Protocol):
@@ -225,20 +238,8 @@ class MotionPort(Protocol):
 class WorldPort(Protocol):
     """The outside world, read only after a barrier (or ahead, where the program says so)."""
 
-    def read_input(self, index: int, *, line: int, ahead: bool) -> bool:
-        """Digital input `index`. Every read is traced as an event with its line."""
-        ...
-
-    def read_output(self, index: int, *, line: int, ahead: bool) -> bool:
-        """Present state of digital output `index`."""
-        ...
-
-    def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
-        """Flag of M function `index`: True while raised."""
-        ...
-
-    def read_level(self, reading: Reading, *, line: int, ahead: bool) -> float:
-        """Analog input or output."""
+    def read(self, reading: Reading, *, line: int, ahead: bool) -> float:
+        """A signal, the flag of an M function, or a variable. Every read is traced with its line."""
         ...
 
     def holds(self, condition: Condition, *, line: int) -> bool:

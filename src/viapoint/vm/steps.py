@@ -59,4 +59,5 @@ class Steps:
         """What a wait waits for: the code between it and its target."""
         program, target = self._program, decoded.operand(Operand.TARGET)
         code = decode_between(program.code, decoded.following, target)
-        return condition_of(code, program.numbers, program.texts[decoded.operand(Operand.TEXT)])
+        text = program.texts[decoded.operand(Operand.TEXT)]
+        return condition_of(code, program.numbers, program.texts, text)

@@ -12,6 +12,7 @@ from operator import lt
 from typing import assert_never
 
 from viapoint.language.commands import MAX_INDEX, MAX_TIMES, NOT_NEGATIVE, POSITIVE, REAL
+from viapoint.language.lexical import NAME_PATTERN
 from viapoint.vm.conditions import IN_A_CONDITION
 from viapoint.vm.container import unpack
 from viapoint.vm.instructions import (
@@ -125,6 +126,8 @@ def _in_range(program: Program, kind: Operand, value: int, by_address: dict[int,
             return value < len(program.shapes)
         case Operand.TEXT:
             return value < len(program.texts)
+        case Operand.VARIABLE:
+            return value < len(program.texts) and NAME_PATTERN.fullmatch(program.texts[value]) is not None
         case Operand.LABEL:
             return value < len(program.labels)
         case Operand.TARGET:

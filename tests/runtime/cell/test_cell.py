@@ -216,6 +216,8 @@ def test_a_faulty_entry_of_a_list_does_not_hide_the_others() -> None:
         (ROBOT + "[limits.joints]\nrange_deg = [[1, 1]]", "E276"),
         (ROBOT + "[variables]\nx = 1979-05-27", "E274"),
         (ROBOT + "[variables]\nx = nan", "E275"),
+        (ROBOT + "[variables]\nx = 1\nX = 2", "E277"),
+        (ROBOT + '[variables]\nx = 1\n[io]\nnames = { level = "$x" }', "E278"),
         (ROBOT + "tools = 3", "E272"),
         ("tools = 3\n" + ROBOT, "E274"),
         ('[robot]\nmodel = "arms/none.toml"', "E270"),

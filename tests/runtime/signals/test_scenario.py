@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from viapoint.language.catalogue import CATALOGUE
-from viapoint.runtime.cell import Cell, default_cell
+from viapoint.runtime.cell import Cell, default_cell, parse_cell
 from viapoint.runtime.signals import ScenarioError, SignalWorld, load_scenario, parse_scenario
 
 TEXT = """\
@@ -100,6 +100,34 @@ def test_a_faulty_key_is_not_missing_too(cell: Cell) -> None:
 def test_faults_of_signals(cell: Cell) -> None:
     text = "[[at]]\nt_s = 1\nset = { DI99 = true, DI1 = 1, AI1 = nan, DO1 = true }\n"
     assert [code for code, _, _ in codes(text, cell)] == ["E294", "E295", "E298", "E299"]
+
+
+def test_variables_are_set_and_answered_by_their_kind(cell: Cell) -> None:
+    shared = parse_cell('[robot]\nmodel = "frigeni6"\n[variables]\ncount = 0\nready = false\n')
+    good = (
+        '[[at]]\nt_s = 1\nset = { "$COUNT" = 3, "$ready" = true }\n'
+        '[[when]]\nsignal = "$count"\nbecomes = 3\nset = { "$ready" = false }\n'
+        '[[when]]\nsignal = "$ready"\nset = { "$count" = 1.5 }\n'
+    )
+    scenario = parse_scenario(good, shared)
+    assert [(str(c.target), c.value) for c in scenario.timed[0].changes] == [
+        ("$count", 3.0),
+        ("$ready", True),
+    ]
+    assert [(str(a.cause.target), a.cause.value) for a in scenario.answers] == [
+        ("$count", 3.0),
+        ("$ready", True),
+    ]
+    bad = (
+        '[[at]]\nt_s = 1\nset = { "$count" = true, "$ready" = 1, "$cuont" = 3 }\n'
+        '[[when]]\nsignal = "$count"\nset = { DI1 = true }\n'
+        '[[when]]\nsignal = "$ready"\nbecomes = 1\nset = { DI1 = true }\n'
+        '[[when]]\nsignal = "DO1"\nbecomes = 1.5\nset = { DI1 = true }\n'
+    )
+    assert [code for code, _, _ in codes(bad, shared)] == ["E294", "E294", "E298", "E293", "E294", "E294"]
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario('[[at]]\nt_s = 1\nset = { "$cuont" = 3 }\n', shared)
+    assert [each.hint for each in caught.value.diagnostics] == ["did you mean `$count`?"]
 
 
 def test_unreadable_files(cell: Cell, tmp_path: Path) -> None:

@@ -6,6 +6,8 @@ from typing import Final
 
 from viapoint.language.codes.entry import Entry, Example, entry
 
+_SHARED = '[robot]\nmodel = "frigeni6"\n\n[variables]\ncount = 0\n'
+
 _NAMED: Final = """[robot]
 model = "frigeni6"
 
@@ -93,8 +95,8 @@ ENTRIES: Final[tuple[Entry, ...]] = (
     entry(
         "E212",
         "name without a cell",
-        """Points and signals have their names in the cell file. Compiled without one, nobody knows which
-        point or signal is meant. Compile with --cell, or write the number.""",
+        """Points and signals have their names in the cell file, and variables are declared there. Compiled
+        without one, nobody knows what is meant. Compile with --cell, or write the number.""",
         "ML pick F100\n",
     ),
     entry(
@@ -215,5 +217,19 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "undefined analog output",
         "The cell has fewer analog outputs. Correct the index, or raise analog_outputs under [io].",
         Example(program="SET AO99 = 1\n", cell='[robot]\nmodel = "frigeni6"\n'),
+    ),
+    entry(
+        "E233",
+        "undeclared variable",
+        """A variable that is shared with the application is declared in the cell file, with the value it has
+        at first: count = 0 under [variables]. Names are compared without regard to case.""",
+        Example(program="INC $cuont\n", cell=_SHARED),
+    ),
+    entry(
+        "E234",
+        "variable of another kind",
+        """A variable is a number, or it is true or false, as its first value in the cell file says. A number
+        is compared and counted; what is true or false stands by itself, as a signal does.""",
+        Example(program="IF $count\nENDIF\n", cell=_SHARED),
     ),
 )

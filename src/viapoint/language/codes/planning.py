@@ -133,8 +133,8 @@ ENTRIES: Final[tuple[Entry, ...]] = (
     _elsewhere(
         "E314",
         "output not in this cell",
-        """The program sets an output that the cell does not have. Correct the number, or digital_outputs or
-        analog_outputs.""",
+        """The program writes an output or a variable that the cell does not have, or has of another kind.
+        Correct the number, or digital_outputs, analog_outputs or [variables].""",
         "SET DO 99\n",
     ),
     _elsewhere(

@@ -1,7 +1,7 @@
 """The validated cell: robot, points, tools, frames, signals and limits, from a TOML file."""
 
 from viapoint.runtime.cell.default import default_cell
-from viapoint.runtime.cell.io import parse_signal, signal_fault
+from viapoint.runtime.cell.io import signal_fault
 from viapoint.runtime.cell.load import CellError, load_cell, load_cells, parse_cell, parse_cells
 from viapoint.runtime.cell.model import (
     AuxiliaryAxis,
@@ -52,6 +52,5 @@ __all__ = [
     "moved_point",
     "parse_cell",
     "parse_cells",
-    "parse_signal",
     "signal_fault",
 ]

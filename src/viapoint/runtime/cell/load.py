@@ -179,9 +179,8 @@ def _assemble(checker: Checker, file: CellFile) -> Cell | None:
         points=geometry.build_points(checker, file.points, robot, axes),
         tools={0: geometry.no_tool()} | checker.indexed("tools", file.tools, geometry.build_tool),
         frames=frames,
-        io=io.build_io(checker, file.io),
+        io=io.build_io(checker, file.io, io.build_variables(checker, file)),
         m_functions=io.build_m_functions(checker, file),
-        variables=io.build_variables(checker, file),
         conveyors=checker.indexed(
             "conveyors",
             file.conveyors,

@@ -5,16 +5,18 @@ Poses are given in the robot's base, however the file gives them.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import Enum, unique
 from pathlib import Path
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from viapoint.language.source import Source
+from viapoint.language.tree import name_key
 from viapoint.runtime.robots import Robot
 
 Floats = npt.NDArray[np.float64]
@@ -22,32 +24,83 @@ Floats = npt.NDArray[np.float64]
 
 @unique
 class SignalKind(Enum):
-    """The four kinds of signals, by their code in the language."""
+    """The four kinds of signals by their code in the language, and variables, which are kept beside them."""
 
     DIGITAL_INPUT = "DI"
     DIGITAL_OUTPUT = "DO"
     ANALOG_INPUT = "AI"
     ANALOG_OUTPUT = "AO"
+    VARIABLE = "$"
 
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """One signal of the cell."""
+    """One signal of the cell, or a variable: by its number in the order of the cell, and its name."""
 
     kind: SignalKind
     index: int
+    name: str = field(default="", compare=False)  # of a variable, without its $
 
     def __str__(self) -> str:
-        return f"{self.kind.value}{self.index}"
+        return f"{self.kind.value}{self.name or self.index}"
+
+
+DIGITAL: Final = frozenset({SignalKind.DIGITAL_INPUT, SignalKind.DIGITAL_OUTPUT})
+_SIGNAL: Final = re.compile(r"(DI|DO|AI|AO)([0-9]{1,9})", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Io:
-    """How many signals there are (numbered from 1), their names, and the outputs held off in a dry run."""
+    """How many signals there are (numbered from 1), their names, and the outputs held off in a dry run.
+
+    `variables` are those shared with the application, with the values they have at first.
+    """
 
     counts: Mapping[SignalKind, int]
     names: Mapping[str, Signal]
     process_outputs: frozenset[int]
+    variables: Mapping[str, bool | float] = field(default_factory=dict)
+
+    def find(self, text: str) -> Signal | None:
+        """`DI3`, `$count`, or a name of the cell; None where the text is none of them.
+
+        A signal that is found by its code need not exist.
+        """
+        named = self.names.get(text)
+        if named is not None:
+            return named
+        if text.startswith("$"):
+            return self.variable(text[1:])
+        found = _SIGNAL.fullmatch(text)
+        return None if found is None else Signal(SignalKind(found[1].upper()), int(found[2]))
+
+    def variable(self, name: str) -> Signal | None:
+        """A variable by its name, whatever the case."""
+        for index, each in enumerate(self.variables, start=1):
+            if name_key(each) == name_key(name):
+                return Signal(SignalKind.VARIABLE, index, each)
+        return None
+
+    def of_kind(self, kind: SignalKind) -> Iterator[Signal]:
+        """All signals of a kind, by their number."""
+        if kind is SignalKind.VARIABLE:
+            return (Signal(kind, i, name) for i, name in enumerate(self.variables, start=1))
+        return (Signal(kind, i) for i in range(1, self.counts[kind] + 1))
+
+    def exists(self, signal: Signal) -> bool:
+        """Whether the cell has it."""
+        count = len(self.variables) if signal.kind is SignalKind.VARIABLE else self.counts[signal.kind]
+        return 1 <= signal.index <= count
+
+    def at_first(self, signal: Signal) -> bool | float:
+        """The value a signal or variable has before anyone writes it."""
+        if signal.kind is SignalKind.VARIABLE:
+            return self.variables[signal.name]
+        return False if signal.kind in DIGITAL else 0.0
+
+    def is_switch(self, signal: Signal) -> bool:
+        """Whether it is true or false; otherwise it is a number."""
+        return isinstance(self.at_first(signal), bool)
 
     @property
     def digital_inputs(self) -> int:
@@ -230,7 +283,7 @@ class CellIndex:
     joints: int
     auxiliary: Collection[int]
     asynchronous: Collection[int]
-    variables: Collection[str]
+    variables: Mapping[str, bool]  # whether one is true or false, not a number
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -255,7 +308,6 @@ class Cell:
     frames: Mapping[int, Frame]  # 0: the base, or with a zero frame the world
     io: Io
     m_functions: Mapping[int, bool]  # declared ones: True where synchronous; every other one is
-    variables: Mapping[str, bool | float]
     conveyors: Mapping[int, Conveyor]
     zones: tuple[Zone, ...]
     orientation_cone: OrientationCone | None
@@ -275,6 +327,11 @@ class Cell:
             live.append(f"Z{frame}")
         return live[0] if live else None
 
+    @property
+    def variables(self) -> Mapping[str, bool | float]:
+        """Those shared with the application, with the values they have at first."""
+        return self.io.variables
+
     def names(self) -> CellIndex:
         """What a program may refer to."""
         return CellIndex(
@@ -292,5 +349,5 @@ class Cell:
             joints=self.robot.joint_count,
             auxiliary=frozenset(self.auxiliary_axes),
             asynchronous=frozenset(i for i, synchronous in self.m_functions.items() if not synchronous),
-            variables=frozenset(self.variables),
+            variables={name: isinstance(value, bool) for name, value in self.variables.items()},
         )

@@ -115,25 +115,21 @@ class Dialogue:
         """MotionPort: take a call into the motion buffer."""
         return self._buffer.put(call)
 
-    def read_input(self, index: int, *, line: int, ahead: bool) -> bool:
-        """WorldPort: digital input, traced."""
-        return bool(self._read(Reading("DI", index), line, ahead))
-
-    def read_output(self, index: int, *, line: int, ahead: bool) -> bool:
-        """WorldPort: digital output, traced."""
-        return bool(self._read(Reading("DO", index), line, ahead))
-
-    def read_m(self, index: int, *, line: int, ahead: bool) -> bool:
-        """WorldPort: M flag, traced."""
-        return bool(self._read(Reading("M", index), line, ahead))
-
-    def read_level(self, reading: Reading, *, line: int, ahead: bool) -> float:
-        """WorldPort: analog input or output, traced."""
-        return self._read(reading, line, ahead)
+    def read(self, reading: Reading, *, line: int, ahead: bool) -> float:
+        """WorldPort: a signal, flag or variable, traced."""
+        try:
+            value = self._world.read(reading)
+        except KeyError:
+            raise ExecutionError("E411", f"the cell has no {reading}", line) from None
+        except TypeError as error:
+            raise ExecutionError("E411", str(error), line) from None
+        s_mm = self._travelled_mm()
+        self._trace.emit("input_read", line, signal=str(reading), value=value, s_mm=s_mm, ahead=ahead)
+        return value
 
     def holds(self, condition: Condition, *, line: int) -> bool:
         """WorldPort: a condition, all its reads traced."""
-        return condition.holds(lambda reading: self._read(reading, line, False))
+        return condition.holds(lambda reading: self.read(reading, line=line, ahead=False))
 
     def live_place(
         self, points: tuple[int | None, ...], frame: int, *, line: int, arrived: bool
@@ -156,15 +152,6 @@ class Dialogue:
     def m_is_synchronous(self, index: int) -> bool:
         """WorldPort: as the cell declares it; synchronous unless it says otherwise."""
         return self._cell.m_functions.get(index, True)
-
-    def _read(self, reading: Reading, line: int, ahead: bool) -> float:
-        try:
-            value = self._world.read(reading)
-        except KeyError:
-            raise ExecutionError("E411", f"the cell has no {reading}", line) from None
-        s_mm = self._travelled_mm()
-        self._trace.emit("input_read", line, signal=str(reading), value=value, s_mm=s_mm, ahead=ahead)
-        return value
 
     # --- turns ---------------------------------------------------------------------------------------
 

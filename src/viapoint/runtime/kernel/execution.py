@@ -27,8 +27,10 @@ from viapoint.vm.ports import (
     SelectTool,
     SetLevel,
     SetOutput,
+    SetVariable,
     Tangent,
     Track,
+    Write,
 )
 
 RoomFor = Callable[[int, int], ExecutionError | None]
@@ -104,7 +106,7 @@ class Execution:
                 for action in self.on_path.leave(entry):
                     self._write(action.call)
                 self._finish_block(call, entry.number)
-            case SetOutput() | SetLevel() | Pulse():
+            case SetOutput() | SetLevel() | SetVariable() | Pulse():
                 self._write(call)
             case SelectTool(line=line, tool=tool):
                 self._pick_up(tool, line)
@@ -138,7 +140,7 @@ class Execution:
         for pulse in self.pulses.over(self._trace.tick):
             self._switch(pulse.line, pulse.index, False)
 
-    def _write(self, call: SetOutput | SetLevel | Pulse | RaiseM) -> None:
+    def _write(self, call: Write | RaiseM) -> None:
         world, trace = self._world, self._trace
         match call:
             case SetOutput(line=line, index=index, value=value):
@@ -150,6 +152,9 @@ class Execution:
             case SetLevel(line=line, index=index, value=value):
                 world.write_level(index, value, trace.tick)
                 trace.emit("output", line, signal=f"AO{index}", value=value, s_mm=self.travelled_mm)
+            case SetVariable(line=line, name=name, value=given, adds=adds):
+                value = world.write_variable(name, given, trace.tick, adds=adds)
+                trace.emit("output", line, signal=f"${name}", value=value, s_mm=self.travelled_mm)
             case RaiseM(line=line, index=index):
                 world.raise_m(index, trace.tick)
                 trace.emit("m", line, index=index, action="raised")
@@ -165,7 +170,7 @@ class Execution:
         match entry.call:
             case Track():
                 return False
-            case SetOutput() | SetLevel() | Pulse():
+            case SetOutput() | SetLevel() | SetVariable() | Pulse():
                 return True
             case Tangent(on=on, offset=offset):
                 return (offset if on else None) == self.tangent

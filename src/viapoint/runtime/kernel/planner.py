@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from viapoint.language.units import DEG
-from viapoint.runtime.cell import Cell, Frame, Point
+from viapoint.runtime.cell import Cell, Frame, Point, SignalKind
 from viapoint.runtime.kernel.acting import ActingMotions
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
@@ -38,8 +38,10 @@ from viapoint.vm.ports import (
     SelectTool,
     SetLevel,
     SetOutput,
+    SetVariable,
     Tangent,
     Track,
+    Write,
 )
 
 _BATCH: Final = 32
@@ -81,7 +83,7 @@ class Planner:
         self._chain = Chain(tolerance=self._tolerance)
         self._stepping = stepping
         self._winding = Winding()
-        self._outputs, self._levels = cell.io.digital_outputs, cell.io.analog_outputs
+        self._io = cell.io
         self._acting = ActingMotions(self.route)
         self._lines: dict[int, int] = {}  # of the motions from the oldest one whose end is undecided on
         self._decided: set[int] = set()  # tags among them whose end is
@@ -214,8 +216,8 @@ class Planner:
             case RaiseM(line=line, synchronous=synchronous):
                 if synchronous:
                     self.close(line)
-            case SetOutput() | SetLevel() | Pulse() as write:
-                self._check_output(write)
+            case SetOutput() | SetLevel() | SetVariable() | Pulse() as write:
+                self._check_write(write)
             case Track(line=line, conveyor=conveyor):
                 if conveyor and self._resolver.rides:
                     what = "conveyor tracking (TRK) with an axis that carries the robot cannot be run yet"
@@ -232,15 +234,24 @@ class Planner:
             self._resolver.offset = offset
             self._winding.begin()
 
-    def _check_output(self, write: SetOutput | SetLevel | Pulse) -> None:
-        kind, last = ("AO", self._levels) if isinstance(write, SetLevel) else ("DO", self._outputs)
-        if write.index > last:
-            raise PlanningError("E314", f"the cell has no output {kind}{write.index}", write.line)
+    def _check_write(self, write: Write) -> None:
+        if isinstance(write, SetVariable):
+            variable = self._io.variable(write.name)
+            switch = not write.adds and isinstance(write.value, bool)
+            if variable is None:
+                raise PlanningError("E314", f"the cell declares no variable ${write.name}", write.line)
+            if self._io.is_switch(variable) is not switch:
+                what = f"in this cell {variable} is {'a number' if switch else 'true or false'}"
+                raise PlanningError("E314", what, write.line)
+            return
+        kind = SignalKind.ANALOG_OUTPUT if isinstance(write, SetLevel) else SignalKind.DIGITAL_OUTPUT
+        if write.index > self._io.counts[kind]:
+            raise PlanningError("E314", f"the cell has no output {kind.value}{write.index}", write.line)
 
     def _motion(self, motion: Motion, tag: int) -> None:
         for action in motion.actions:
             if not isinstance(action.call, RaiseM):
-                self._check_output(action.call)
+                self._check_write(action.call)
         if motion.tool != self._tool:
             self.close(motion.line)
             self._tool = motion.tool

@@ -325,11 +325,25 @@ class _Sheet:
             )
 
     def _output_lane(self, panel: Axes, row: int, edges: list[Event]) -> None:
+        if isinstance(edges[0].data["value"], float):
+            self._number_lane(panel, row, edges)
+            return
         times = [0.0, *(e.t for e in edges), self.end]
         levels = [not bool(edges[0].data["value"]), *(bool(e.data["value"]) for e in edges)]
         for start, end, level in zip(times, times[1:], levels, strict=False):
             height, colour = (0.56, ON) if level else (0.08, OFF)
             panel.barh(row, end - start, left=start, height=height, color=colour, linewidth=0)
+
+    def _number_lane(self, panel: Axes, row: int, edges: list[Event]) -> None:
+        """Steps between the least and the largest value, with the last one written beside it."""
+        values = [float(event.data["value"] or 0.0) for event in edges]
+        low, high = min(values), max(values)
+        heights = [row + 0.28 - 0.56 * (value - low) / ((high - low) or 1.0) for value in values]
+        times = [*(e.t for e in edges), self.end]
+        panel.step(times, [*heights, heights[-1]], where="post", color=ON, linewidth=1.4)
+        panel.annotate(
+            f"{values[-1]:g}", (self.end, heights[-1]), (3, -3), textcoords="offset points", fontsize=8
+        )
 
     def _read_marks(self, panel: Axes, row: int, reads: list[Event]) -> None:
         for value, face in ((True, ON), (False, "white")):

@@ -1,4 +1,4 @@
-"""The signals of a cell with their present values, and forcing. No time and no scenario."""
+"""The signals and variables of a cell with their present values, and forcing. No time and no scenario."""
 
 from __future__ import annotations
 
@@ -8,11 +8,9 @@ from viapoint.runtime.cell import Io, Signal, SignalKind
 
 Value = bool | float
 
-_DIGITAL = (SignalKind.DIGITAL_INPUT, SignalKind.DIGITAL_OUTPUT)
-
 
 class SignalBank:
-    """Digital and analog inputs and outputs, numbered from 1; all false or 0 at first.
+    """Digital and analog inputs and outputs, numbered from 1, all false or 0 at first; and variables.
 
     A forced signal reads as the forced value whatever is written; unforced it shows what was last written.
     """
@@ -23,32 +21,28 @@ class SignalBank:
         self._forced: dict[Signal, Value] = {}
 
     def resolve(self, name: str) -> Signal:
-        """`DI3`, or a name of the cell. Raises KeyError for a signal the cell has not."""
-        found = self._io.names.get(name)
-        if found is not None:
-            return found
-        code, number = name[:2].upper(), name[2:]
-        known = {kind.value: kind for kind in SignalKind}
-        if code not in known or not number.isdecimal():
+        """`DI3`, `$count`, or a name of the cell. Raises KeyError for a signal the cell has not."""
+        found = self._io.find(name)
+        if found is None:
             raise KeyError(f"no signal {name}")
-        return self.existing(Signal(known[code], int(number)))
+        return self.existing(found)
 
     def existing(self, signal: Signal) -> Signal:
         """The signal itself. Raises KeyError where the cell has it not."""
-        if not 1 <= signal.index <= self._io.counts[signal.kind]:
+        if not self._io.exists(signal):
             raise KeyError(f"no signal {signal}")
         return signal
 
     def of_kind(self, kind: SignalKind) -> Iterator[Signal]:
         """All signals of a kind, by their number."""
-        return (Signal(kind, index) for index in range(1, self._io.counts[kind] + 1))
+        return self._io.of_kind(kind)
 
     def at_work(self) -> Iterator[tuple[Signal, Value]]:
-        """Signals that are not at rest, or forced, with their values."""
+        """Signals that are not at rest, or forced, and all variables, with their values."""
         for kind in SignalKind:
             for signal in self.of_kind(kind):
                 value = self.read(signal)
-                if value or signal in self._forced:
+                if value or signal in self._forced or kind is SignalKind.VARIABLE:
                     yield signal, value
 
     def read(self, signal: Signal) -> Value:
@@ -56,7 +50,11 @@ class SignalBank:
         self.existing(signal)
         if signal in self._forced:
             return self._forced[signal]
-        return self._values.get(signal, _rest(signal))
+        return self.written(signal)
+
+    def written(self, signal: Signal) -> Value:
+        """What was written last, also where another value is forced."""
+        return self._values.get(signal, self._io.at_first(signal))
 
     def write(self, signal: Signal, value: Value) -> bool:
         """Set a value; True if what is read changed."""
@@ -80,7 +78,3 @@ class SignalBank:
     def forced(self) -> frozenset[Signal]:
         """The signals that are forced."""
         return frozenset(self._forced)
-
-
-def _rest(signal: Signal) -> Value:
-    return False if signal.kind in _DIGITAL else 0.0

@@ -13,7 +13,7 @@ import numpy as np
 from viapoint.language.diagnostics import Diagnostic
 from viapoint.language.source import Source
 from viapoint.language.units import MM
-from viapoint.runtime.cell import Cell, Signal, SignalKind, parse_signal, signal_fault
+from viapoint.runtime.cell import Cell, Signal, SignalKind, signal_fault
 from viapoint.runtime.documents import (
     SCENARIO_CODES,
     Document,
@@ -38,8 +38,8 @@ from viapoint.runtime.signals.scenario import (
 if TYPE_CHECKING:
     from viapoint.runtime.signals import schema
 
-_INPUTS = (SignalKind.DIGITAL_INPUT, SignalKind.ANALOG_INPUT)
-_DIGITAL = (SignalKind.DIGITAL_INPUT, SignalKind.DIGITAL_OUTPUT)
+_OUTPUTS = (SignalKind.DIGITAL_OUTPUT, SignalKind.ANALOG_OUTPUT)
+_ANALOG = (SignalKind.ANALOG_INPUT, SignalKind.ANALOG_OUTPUT)
 
 
 class ScenarioError(DocumentError):
@@ -106,7 +106,7 @@ class _Builder:
 
     def _signal(self, key: Key, text: str) -> Signal | None:
         io = self.cell.io
-        signal = io.names.get(text) or parse_signal(text)
+        signal = io.find(text)
         wrong = signal_fault(signal, text, io)
         if wrong is None:
             return signal
@@ -116,21 +116,21 @@ class _Builder:
         return None
 
     def _changes(self, key: Key, given: dict[str, Any]) -> tuple[Change, ...]:
-        """`{ DI3 = true, AI1 = 2.5 }`; only inputs can be set, outputs belong to the program."""
+        """`{ DI3 = true, "$count" = 3 }`; inputs and variables can be set, outputs belong to the program."""
         changes: list[Change] = []
         for text, value in given.items():
             here: Key = (*key, text)
             signal = self._signal(here, text)
             if signal is None:
                 continue
-            if signal.kind not in _INPUTS:
+            if signal.kind in _OUTPUTS:
                 self._fault(Fault.CONTRADICTION, here, f"{text} is an output: only the program sets it")
             elif self._is_value(here, signal, value):
                 changes.append(Change(signal, value if isinstance(value, bool) else float(value)))
         return tuple(changes)
 
     def _is_value(self, key: Key, signal: Signal, value: Any) -> bool:
-        if signal.kind is SignalKind.DIGITAL_INPUT:
+        if self.cell.io.is_switch(signal):
             if not isinstance(value, bool):
                 self._fault(Fault.TYPE, key, f"{signal} must be true or false")
                 return False
@@ -170,14 +170,22 @@ class _Builder:
             return Change(MFlag(section.m), True)
         assert section.signal is not None
         signal = self._signal((*key, "signal"), section.signal)
-        if signal is not None and signal.kind not in _DIGITAL:
+        if signal is None:
+            return None
+        if signal.kind in _ANALOG:
             self._fault(
                 Fault.CONTRADICTION,
                 (*key, "signal"),
                 f"{signal} is not digital: it becomes neither true nor false",
             )
             return None
-        return None if signal is None else Change(signal, section.becomes)
+        becomes, here = section.becomes, (*key, "becomes")
+        if "becomes" not in section.model_fields_set and not self.cell.io.is_switch(signal):
+            self._fault(Fault.MISSING_KEY, here, f"when: {signal} is a number", "say which: becomes = 3")
+            return None
+        if not self._is_value(here, signal, becomes):
+            return None
+        return Change(signal, becomes if isinstance(becomes, bool) else float(becomes))
 
     def _once(self, indices: Sequence[int]) -> None:
         for i, index in enumerate(indices):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -25,10 +25,14 @@ class MFlag:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A signal gets a value; a flag is reset by getting False."""
+    """A signal or variable gets a value, or has it added (`adds`); a flag is reset by getting False."""
 
     target: Signal | MFlag
     value: Value
+    adds: bool = False
+    by_robot: bool = field(
+        default=False, compare=False
+    )  # written by a path one tick before it is seen; answers count from there
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ class WhenSection(Table):
     """`signal` or `m` is the cause; `set`, `reset_m` or both the answer."""
 
     signal: str | None = None
-    becomes: bool = True
+    becomes: bool | float = True
     m: Count | None = None
     robots: list[Index] = Field(default=[1])
     after_s: NotNegative = 0.0

@@ -17,7 +17,7 @@ from typing import Self, assert_never
 from viapoint.runtime.cell import Cell, Signal, SignalKind
 from viapoint.runtime.signals.bank import SignalBank, Value
 from viapoint.runtime.signals.scenario import Answer, Change, MFlag, Scenario
-from viapoint.vm.conditions import Reading
+from viapoint.vm.conditions import NUMBER, Reading
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -32,6 +32,8 @@ class _Due:
 def _reading(target: Signal | MFlag) -> Reading:
     if isinstance(target, MFlag):
         return Reading("M", target.index)
+    if target.kind is SignalKind.VARIABLE:
+        return Reading(NUMBER, 0, target.name)
     return Reading(target.kind.value, target.index)
 
 
@@ -82,9 +84,10 @@ class SignalWorld:
         match change.target:
             case Signal() as signal:
                 # An output was written one tick before it is seen; delays count from the write.
-                cause = tick - 1 if signal.kind is SignalKind.DIGITAL_OUTPUT else tick
-                if self.bank.write(signal, change.value):
-                    self._answer(change, cause, tick)
+                written = change.by_robot or signal.kind is SignalKind.DIGITAL_OUTPUT
+                value = self.bank.written(signal) + change.value if change.adds else change.value
+                if self.bank.write(signal, value):
+                    self._answer(Change(signal, value), tick - 1 if written else tick, tick)
             case MFlag() as flag:
                 self._flags.discard(flag)
             case _:
@@ -112,7 +115,7 @@ class SignalWorld:
 
     def coming(self, readings: Iterable[Reading]) -> bool:
         """Whether anything of what is read may still change without the robot doing anything."""
-        read = set(readings)
+        read = {each._replace(kind=NUMBER) if each.name else each for each in readings}
         return any(_reading(change.target) in read for change in self._coming())
 
     def _coming(self) -> set[Change]:
@@ -123,8 +126,15 @@ class SignalWorld:
             change = fresh.pop()
             if change not in coming:
                 coming.add(change)
-                fresh += (each for answer in self._answers.get(change, ()) for each in answer.changes)
+                fresh += (each for answer in self._answers_to(change) for each in answer.changes)
         return coming
+
+    def _answers_to(self, change: Change) -> Iterable[Answer]:
+        """What a change may bring about; of a number that is added it is not known what comes of it."""
+        if not change.adds:
+            return self._answers.get(change, ())
+        known = (answers for cause, answers in self._answers.items() if cause.target == change.target)
+        return itertools.chain.from_iterable(known)
 
     # --- the robot's side --------------------------------------------------------------------------
 
@@ -138,6 +148,30 @@ class SignalWorld:
         """The path sets an analog output in `tick`; readers see it in the next."""
         signal = self.bank.existing(Signal(SignalKind.ANALOG_OUTPUT, index))
         self._schedule(tick + 1, (Change(signal, value),))
+
+    def write_variable(self, name: str, value: Value, tick: int, *, adds: bool = False) -> Value:
+        """The path gives a variable a value, or adds to it, in `tick`; readers see it in the next.
+
+        Returns what it will be. Raises KeyError where the cell has it not, TypeError where it is of another
+        kind.
+        """
+        signal = self._variable(name, isinstance(value, bool))
+        change = Change(signal, value, adds, by_robot=True)
+        self._schedule(tick + 1, (change,))
+        if not adds:
+            return value
+        total = self.bank.written(signal)
+        for due in sorted(self._agenda):
+            for each in due.changes if due.tick <= tick + 1 else ():
+                if each.target == signal:
+                    total = total + each.value if each.adds else each.value
+        return total
+
+    def _variable(self, name: str, switch: bool) -> Signal:
+        signal = self.bank.resolve(f"${name}")
+        if isinstance(self.bank.written(signal), bool) is not switch:
+            raise TypeError(f"in this cell {signal} is {'a number' if switch else 'true or false'}")
+        return signal
 
     def raise_m(self, index: int, tick: int) -> None:
         """The path raises a flag. It is the robot's own: seen by it at once, by others in the next tick."""
@@ -165,26 +199,46 @@ class SignalWorld:
         return frozenset(flag.index for flag in self._flags if flag.robot == self._robot)
 
     def read(self, reading: Reading) -> Value:
-        """A signal or flag as a condition reads it. Raises KeyError where the cell has it not."""
+        """A signal, flag or variable as a condition reads it. Raises KeyError where the cell has it not.
+
+        Raises TypeError for a variable of another kind.
+        """
         if reading.kind == "M":
             return self.read_m(reading.number)
-        value = self.bank.read(Signal(SignalKind(reading.kind), reading.number))
-        return value if reading.kind in ("AI", "AO") else bool(value)
+        if reading.name:
+            return self.bank.read(self._variable(reading.name, reading.is_switch))
+        return self.bank.read(Signal(SignalKind(reading.kind), reading.number))
 
     # --- somebody outside --------------------------------------------------------------------------
 
     def set_input(self, which: int | str, value: Value, tick: int) -> None:
         """Set an input (index of a digital one, `"AI1"`, or a name), seen from the tick after `tick` on.
 
-        Raises KeyError for a signal the cell has not, ValueError for an output.
+        A variable is `"$count"`. Raises KeyError for a signal the cell has not, ValueError for an output.
         """
         if isinstance(which, int):
             signal = self.bank.existing(Signal(SignalKind.DIGITAL_INPUT, which))
         else:
             signal = self.bank.resolve(which)
+        if signal.kind is SignalKind.VARIABLE:
+            self.set_variable(signal.name, value, tick)
+            return
         if signal.kind in (SignalKind.DIGITAL_OUTPUT, SignalKind.ANALOG_OUTPUT):
             raise ValueError(f"{signal} is an output: the program sets it")
         self._schedule(tick + 1, (Change(signal, value),))
+
+    def set_variable(self, name: str, value: Value, tick: int) -> None:
+        """Give a variable a value, seen from the tick after `tick` on.
+
+        Raises KeyError where the cell declares none, ValueError for a value of another kind or not finite.
+        """
+        signal = self.bank.resolve(f"${name}")
+        switch = isinstance(self.bank.written(signal), bool)
+        if switch is not isinstance(value, bool) or not math.isfinite(value):
+            raise ValueError(
+                f"{signal} takes {'true or false' if switch else 'a finite number'}, not {value!r}"
+            )
+        self._schedule(tick + 1, (Change(signal, value if switch else float(value)),))
 
     def reset_m(self, index: int, tick: int) -> None:
         """The application resets a flag, seen from the tick after `tick` on."""
