@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from viapoint.checking import CheckReport, check_program
     from viapoint.interactive import Interactive
-    from viapoint.jogging import Jog, JogError, JogSpace
+    from viapoint.jogging import HeldJog, Jog, JogError, JogSpace
     from viapoint.language.diagnostics import Diagnostic, Severity
     from viapoint.monitoring import Monitor, monitor
     from viapoint.realtime import Punctuality, Sender, SenderError
@@ -41,6 +41,7 @@ __all__ = [
     "CompileError",
     "Diagnostic",
     "Event",
+    "HeldJog",
     "Interactive",
     "Jog",
     "JogError",
@@ -80,7 +81,7 @@ __all__ = [
 _HOMES = {
     "viapoint.checking": ("CheckReport", "check_program"),
     "viapoint.interactive": ("Interactive",),
-    "viapoint.jogging": ("Jog", "JogError", "JogSpace"),
+    "viapoint.jogging": ("HeldJog", "Jog", "JogError", "JogSpace"),
     "viapoint.language.diagnostics": ("Diagnostic", "Severity"),
     "viapoint.realtime": ("Punctuality", "Sender", "SenderError"),
     "viapoint.monitoring": ("Monitor", "monitor"),

@@ -9,15 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Final
 
-from viapoint.jogging import Jog, statement
+from viapoint.jogging import HeldJog, Jog, statement
 from viapoint.runtime.cell import Cell, Point
-from viapoint.runtime.kernel import AuxiliaryAxes, Kernel, Start, State
+from viapoint.runtime.kernel import State
 from viapoint.runtime.kernel.breaks import HERE
 from viapoint.runtime.kernel.buffer import MotionBuffer
 from viapoint.runtime.kernel.dialogue import Dialogue
 from viapoint.runtime.kernel.trace import Trace
-from viapoint.runtime.records import Floats, Window
+from viapoint.runtime.records import Window
 from viapoint.runtime.rotations import invert_pose
 from viapoint.runtime.signals import Scenario
 from viapoint.session import Listener, Loaded, Session, Status, compile_text
@@ -25,6 +26,8 @@ from viapoint.vm import BEGINNING, Machine, Modal
 from viapoint.vm.ports import Dwell, Motion
 
 Question = Callable[[], bool]
+
+_NOTHING: Final = compile_text("", "<nothing>")
 
 
 class Interactive(Session):
@@ -49,7 +52,7 @@ class Interactive(Session):
         self._keeps_modal = False
         super().__init__(
             replace(cell, points=self.points),
-            compile_text("", "<nothing>"),
+            _NOTHING,
             scenario=scenario,
             override=override,
             patient=True,
@@ -73,7 +76,7 @@ class Interactive(Session):
         With `steps` it halts when so many statements have been executed. With `keep_modal` tool and speed
         are afterwards what they were. Raises RuntimeError while another one is under way, or the robot moves.
         """
-        if self.under_way or self.kernel.state is State.MOVING:
+        if self.under_way or self.kernel.state in (State.MOVING, State.JOGGING):
             raise RuntimeError(f"{self.program.source.name} is {self.kernel.state.value}")
         if self.kernel.state is not State.FINISHED:
             self._renew()
@@ -92,6 +95,23 @@ class Interactive(Session):
         not, CompileError for a number too large, and RuntimeError as `take_on`.
         """
         self.take_on(compile_text(statement(self, jog), "<jog>", self.cell), keep_modal=True)
+
+    def hold(self, held: HeldJog) -> str | None:
+        """Jog from the next tick on, between programs, for as long as it is held; `run` does it.
+
+        As in a `Session`. The path before it is forgotten.
+        """
+        if self.under_way:
+            return f"{self.program.source.name} is {self.kernel.state.value}"
+        if self.kernel.state is State.HALTED:  # on the way back over a program that is over
+            self._end_jog()
+        return super().hold(held)
+
+    def _end_jog(self) -> None:
+        self._renew()
+        ports = self.kernel.dialogue
+        self._machine = Machine(_NOTHING.program, ports, ports, modal=self.modal)
+        self.kernel.take_on(self._machine)
 
     @property
     def under_way(self) -> bool:
@@ -190,14 +210,6 @@ class Interactive(Session):
 
     # --- points --------------------------------------------------------------------------------------
 
-    def frame(self, index: int) -> Floats:
-        """X_base_frame (4, 4) with the base where it is now. Raises KeyError."""
-        X_base_frame = self.cell.frames[index].X_base_frame.copy()
-        axes = AuxiliaryAxes.of(self.cell)
-        if index and axes.carrier is not None:
-            X_base_frame[0, 3] -= self.kernel.telemetry.auxiliary[axes.carrier]
-        return X_base_frame
-
     def teach(self, index: int, *, frame: int = 0, joints: bool = False, name: str | None = None) -> Point:
         """Make where the robot stands a point: its pose in a frame, or its joints. Raises KeyError.
 
@@ -232,15 +244,3 @@ class Interactive(Session):
         entry = self.kernel.execution.front
         speed = entry.call.speed if entry is not None and isinstance(entry.call, Motion) else modal.speed
         return Modal(speed, self.kernel.tool)
-
-    def _renew(self) -> None:
-        """A new kernel where the robot stands: what the old one had planned ahead is dropped."""
-        old = self.kernel
-        here = Start(old.tick, old.telemetry.joints.copy(), old.telemetry.auxiliary.copy(), old.tool)
-        self.kernel = Kernel(
-            self.cell, self._world, self._hear, override=old.mover.override, patient=True, start=here
-        )
-        self.kernel.goes_on = True
-        self.kernel.keep_override(old)
-        self.kernel.planner.laid = old.planner.laid
-        self.kernel.execution.blocks.paced = old.execution.blocks.paced

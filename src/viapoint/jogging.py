@@ -1,6 +1,7 @@
-"""Moves by an increment from where a robot stands: of an axis, or of the TCP along base, frame or tool. Pure.
+"""Moves by hand from where a robot stands: of an axis, or of the TCP along base, frame or tool. Pure.
 
-A jog is a statement of the language, so that limits, reach and zones hold for it as for any other.
+A jog by an increment is a statement of the language, so that limits, reach and zones hold for it as for any
+other. A jog that is held is a demand on the kernel.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from viapoint.language.units import DEG, MM
 from viapoint.runtime.cell import Cell
-from viapoint.runtime.kernel import AuxiliaryAxes, Kernel
+from viapoint.runtime.kernel import AuxiliaryAxes, Demand, Kernel
 from viapoint.runtime.records import Floats
 from viapoint.runtime.rotations import invert_pose, matrix_to_abc, rotation_vector_to_matrix
 
@@ -49,6 +50,22 @@ class Jog:
     speed: float | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class HeldJog:
+    """On along an axis of a space for as long as it is held, at a speed (mm/s or deg/s; None: of `SPEEDS`).
+
+    `direction` is 1 or −1. `seconds` of the robot's time after which it is let go; None: when it is let go.
+    Axes as in `Jog`.
+    """
+
+    axis: str
+    direction: int
+    space: JogSpace = JogSpace.BASE
+    frame: int = 0
+    speed: float | None = None
+    seconds: float | None = None
+
+
 class JogError(ValueError):
     """A jog of something the robot has not, or by no number."""
 
@@ -71,16 +88,59 @@ def statement(robot: Standing, jog: Jog) -> str:
     """The motion from where the robot stands. Raises JogError."""
     if not math.isfinite(jog.by):
         raise JogError(f"an increment of {jog.by!r} is not a number in mm or deg")
+    _require(robot, jog)
+    return _axis_move(robot, jog) if jog.space is JogSpace.JOINT else _line(robot, jog)
+
+
+def demand(robot: Standing, held: HeldJog) -> Demand:
+    """What the kernel is asked for while a jog is held. Raises JogError."""
+    if held.direction not in (1, -1):
+        raise JogError(f"a direction of {held.direction!r} is neither 1 nor -1")
+    if held.seconds is not None and not (math.isfinite(held.seconds) and held.seconds > 0.0):
+        raise JogError(f"a jog cannot be held for {held.seconds!r} s")
+    _require(robot, held)
+    sign = "+" if held.direction > 0 else "-"
+    if held.space is JogSpace.JOINT:
+        return _axis_demand(robot, held, f"{held.axis}{sign}")
+    k = COORDINATES.index(held.axis)
+    rates = np.zeros(6)
+    speed = SPEEDS["ABC" if k >= 3 else "XYZ"] if held.speed is None else held.speed
+    rates[k] = held.direction * speed * (DEG if k >= 3 else MM)
+    space = f"frame {held.frame}" if held.space is JogSpace.FRAME else held.space.value
+    R = None if held.space is JogSpace.TOOL else _axes(robot, held, robot.pose)
+    return Demand(f"{space} {held.axis}{sign}", rates, R=R)
+
+
+def _axis_demand(robot: Standing, held: HeldJog, name: str) -> Demand:
+    prismatic, others = robot.cell.robot.prismatic, AuxiliaryAxes.of(robot.cell)
+    units = np.append(np.where(prismatic, MM, DEG), others.units)
+    names = [f"J{i + 1}" for i in range(len(prismatic))] + [others.name(k) for k in range(len(others))]
+    if held.axis not in names:
+        raise _no_axis(held.axis, len(prismatic))
+    k = names.index(held.axis)
+    rates = np.zeros(len(names))
+    speed = SPEEDS[held.axis[0]] if held.speed is None else held.speed
+    rates[k] = held.direction * speed * units[k]
+    return Demand(name, rates, of_joints=True)
+
+
+def _no_axis(axis: str, joints: int) -> JogError:
+    if axis.startswith("E"):
+        return JogError(f"the cell has no axis {axis}")
+    return JogError(f"the robot has no {axis}: its last joint is J{joints}")
+
+
+def _require(robot: Standing, jog: Jog | HeldJog) -> None:
+    """Raises JogError where speed, axis or frame are none."""
     if jog.speed is not None and not (math.isfinite(jog.speed) and jog.speed > 0.0):
         raise JogError(f"a speed of {jog.speed!r} is not above 0")
     if jog.space is JogSpace.JOINT:
-        return _axis_move(robot, jog)
+        return
     if len(jog.axis) != 1 or jog.axis not in COORDINATES:
         raise JogError(f"the {jog.space.value} has no axis {jog.axis}: X, Y, Z, A, B or C")
     if jog.space is JogSpace.FRAME and jog.frame not in robot.cell.frames:
         known = ", ".join(str(each) for each in sorted(robot.cell.frames))
         raise JogError(f"`{jog.frame}` is no frame of the cell: {known}")
-    return _line(robot, jog)
 
 
 def _axis_move(robot: Standing, jog: Jog) -> str:
@@ -94,9 +154,7 @@ def _axis_move(robot: Standing, jog: Jog) -> str:
     if jog.axis in others:
         goal = _exact(others[jog.axis] + jog.by)
         return f"MJ J1={_exact(own['J1'])} {jog.axis}={goal} {_speed(jog, 'E')}\n"
-    if jog.axis.startswith("E"):
-        raise JogError(f"the cell has no axis {jog.axis}")
-    raise JogError(f"the robot has no {jog.axis}: its last joint is J{len(own)}")
+    raise _no_axis(jog.axis, len(own))
 
 
 def _line(robot: Standing, jog: Jog) -> str:
@@ -117,7 +175,7 @@ def _line(robot: Standing, jog: Jog) -> str:
     return f"ML {where} {_speed(jog, 'ABC' if turns else 'XYZ')}\n"
 
 
-def _axes(robot: Standing, jog: Jog, X_base_tcp: Floats) -> Floats:
+def _axes(robot: Standing, jog: Jog | HeldJog, X_base_tcp: Floats) -> Floats:
     """R_base_space (3, 3)."""
     if jog.space is JogSpace.TOOL:
         return np.asarray(X_base_tcp[:3, :3])

@@ -34,6 +34,9 @@ def event_text(event: Event) -> str:
             return f"{data['place']}{place}"
         case "search":
             return f"{'found' if data['found'] else 'not found'}{place}"
+        case "jog":
+            why = f": {data['code']}: {data['reason']}" if "code" in data else ""
+            return f"{data['axis']} {data['action']}{why}"
         case "m" | "track":
             return f"{data['index']} {data['action']}"
         case "error":

@@ -18,11 +18,22 @@ from typing import Any, Final, Protocol
 import numpy as np
 
 from viapoint.compiler import CellNames, CompileResult, compile_source
+from viapoint.jogging import HeldJog, demand
 from viapoint.language.diagnostics import Diagnostic, has_errors
 from viapoint.language.reading import read_source
 from viapoint.language.source import Source
 from viapoint.runtime.cell import Cell, moved_frame, moved_point
-from viapoint.runtime.kernel import Command, Corner, ExclusiveZones, Kernel, MotionError, Sensor, Start, State
+from viapoint.runtime.kernel import (
+    AuxiliaryAxes,
+    Command,
+    Corner,
+    ExclusiveZones,
+    Kernel,
+    MotionError,
+    Sensor,
+    Start,
+    State,
+)
 from viapoint.runtime.records import Event, Floats, Window
 from viapoint.runtime.signals import Scenario, SignalBank, SignalWorld
 from viapoint.starting import Approaching, LineStart, start_at
@@ -183,36 +194,58 @@ class Session:
         self._window = window
         self._last_tick = None if max_time is None else round(max_time / cell.tick)
         self._world = world or SignalWorld(cell, scenario, cell.tick, dry_run=dry_run)
+        self._cycles, self._last_line = cycles, last_line
         self.start: LineStart | None = None
         """What holds at `first_line`."""
         if first_line is not None:
             self.start = start_at(program.program, cell, first_line, cycles=cycles, last_line=last_line)
-        self.kernel = Kernel(
+        self._made = partial(
+            Kernel,
             cell,
             self._world,
             self._hear,
-            override=override,
             stepping=step,
             patient=patient,
-            start=replace(Start.at_home(cell), tool=self.start.tool if self.start is not None else 0),
             zones=zones,
             sensors=sensors,
         )
+        here = replace(Start.at_home(cell), tool=self.start.tool if self.start is not None else 0)
+        self.kernel = self._made(override=override, start=here)
+        self._machine = self._interpreter()
+        self._wall = 0.0
+
+    def _interpreter(self) -> Machine:
+        """The program at its beginning, for the kernel."""
         ports = self.kernel.dialogue
         if self.start is not None:
-            self._machine = self.start.machine.twin(Approaching(ports, self.start), ports)
-        else:
-            self._machine = Machine(program.program, ports, ports, max_cycles=cycles, last_line=last_line)
-        self._wall = 0.0
+            return self.start.machine.twin(Approaching(ports, self.start), ports)
+        cycles, last_line = self._cycles, self._last_line
+        return Machine(self.program.program, ports, ports, max_cycles=cycles, last_line=last_line)
+
+    def _renew(self) -> None:
+        """A new kernel where the robot stands: what the old one had planned ahead is dropped."""
+        old = self.kernel
+        here = Start(old.tick, old.telemetry.joints.copy(), old.telemetry.auxiliary.copy(), old.tool)
+        self.kernel = self._made(override=old.mover.override, start=here)
+        self.kernel.goes_on = old.goes_on
+        self.kernel.keep_override(old)
+        self.kernel.planner.laid = old.planner.laid
+        self.kernel.execution.blocks.paced = old.execution.blocks.paced
+
+    def _begin_anew(self) -> None:
+        """The robot was moved by hand, and stands: the program begins from there."""
+        self._renew()
+        self._machine = self._interpreter()
 
     def run(self) -> Iterator[Window]:
         """Run on to the end, window by window. The first window of a session is tick 0.
 
         The iteration may be left and `run` called again: the run goes on where it was left.
         """
-        if self.kernel.state is State.READY:
-            yield self.begin()
         while not self.kernel.over:
+            if self.kernel.state is State.READY:
+                yield self.begin()
+                continue
             left = self._window
             if self._last_tick is not None:
                 left = min(left, self._last_tick - self.kernel.tick)
@@ -228,7 +261,15 @@ class Session:
 
     def advance(self, ticks: int) -> Window:
         """At least one and at most so many ticks more; after the end of the program the robot stands."""
-        return self._tell(self._timed(partial(self.kernel.advance, ticks)))
+        by_hand = self.kernel.state is State.JOGGING
+        window = self._tell(self._timed(partial(self.kernel.advance, ticks)))
+        if by_hand and self.kernel.state in (State.READY, State.STOPPED):
+            self._end_jog()
+        return window
+
+    def _end_jog(self) -> None:
+        if self.kernel.state is State.READY:
+            self._begin_anew()
 
     def finish(self) -> Status:
         """Run to the end without looking at the windows."""
@@ -279,8 +320,27 @@ class Session:
         return self.kernel.emergency_stop()
 
     def reset(self) -> str | None:
-        """Acknowledge an emergency stop once the robot stands; the run is then halted."""
-        return self.kernel.reset()
+        """Acknowledge an emergency stop once the robot stands; the run is then halted, a jog at its end."""
+        refused = self.kernel.reset()
+        if refused is None and self.kernel.by_hand:
+            self._end_jog()
+        return refused
+
+    def hold(self, held: HeldJog) -> str | None:
+        """Jog from the next tick on, before the run has begun, for as long as it is held; `advance` does it.
+
+        Another one takes the place of the one before: within one space the robot goes over into it in
+        motion, else it comes to rest first. The same again is held anew for its `seconds`. The robot slows
+        down and stops by itself before the end of a joint's range, a singular pose, a zone, its own body:
+        the event `jog` says before what. Raises JogError for what the robot has not.
+        """
+        wanted = demand(self, held)
+        seconds = held.seconds
+        return self.kernel.jog(wanted, None if seconds is None else max(1, round(seconds / self.cell.tick)))
+
+    def let_go(self) -> str | None:
+        """End a held jog: the robot comes to rest within the limits."""
+        return self.kernel.let_go()
 
     def set_input(self, name: str, value: bool | float) -> None:
         """Set an input (`"DI3"` or its name in the cell) from outside, from the next tick on.
@@ -335,6 +395,14 @@ class Session:
         """X_base_tcp (4, 4) of the tool the robot has."""
         X_base_flange = self.cell.robot.fk(self.kernel.telemetry.joints)
         return np.asarray(X_base_flange @ self.cell.tools[self.kernel.tool].X_flange_tool)
+
+    def frame(self, index: int) -> Floats:
+        """X_base_frame (4, 4) with the base where it is now. Raises KeyError."""
+        X_base_frame = self.cell.frames[index].X_base_frame.copy()
+        axes = AuxiliaryAxes.of(self.cell)
+        if index and axes.carrier is not None:
+            X_base_frame[0, 3] -= self.kernel.telemetry.auxiliary[axes.carrier]
+        return X_base_frame
 
     @property
     def at_rest(self) -> bool:

@@ -260,3 +260,74 @@ def test_usage(words: list[str], code: int, why: str) -> None:
     )
     assert done.returncode == code
     assert why in done.stderr
+
+
+def to_its_end(client: Client) -> None:
+    """Start the run, and give it what it waits for."""
+    client.request("subscribe", events=True)
+    client.request("start")
+    with pytest.raises(ServerError, match="the run has begun"):
+        client.request("jog", axis="X", direction=1)
+    while "end" not in (told := client.told()):
+        if told.get("standing", {}).get("for") == "DI3":
+            client.request("set", signal="DI3", value=True)
+        elif "standing" in told:
+            client.request("reset_m", index=7)
+
+
+def jog_first(port: int, step: int) -> tuple[str, float]:
+    """Jog before the run begins: held by asking again, let go by falling silent. The state, and J5 then."""
+    with Client(port=port) as client:
+        with Client(port=port) as other:
+            client.request("lockstep", on=True)
+            for _ in range(4):
+                client.request("jog", axis="j5", direction=1, space="joint", speed=20, seconds=0.1)
+                for _ in range(80 // step):
+                    client.request("advance", ticks=step)
+            with pytest.raises(ServerError, match="another client jogs"):
+                other.request("jog", axis="X", direction=1)
+        with pytest.raises(ServerError, match="the robot is jogging"):
+            client.request("start")
+        client.request("advance", ticks=600)  # nothing is asked for: it stops, and time with it
+        seen = client.request("monitor")["monitor"]
+        for bad, words in (
+            ({"axis": "J9", "direction": 1, "space": "joint"}, "last joint is J6"),
+            ({"axis": "X", "direction": 3}, "`direction` must be 1 or -1"),
+            ({"axis": "X", "direction": 1, "seconds": 5}, "`seconds` must be"),
+        ):
+            with pytest.raises(ServerError, match=words):
+                client.request("jog", **bad)
+        client.request("lockstep", on=False)
+        to_its_end(client)
+    return seen["state"], seen["joints_deg"][4]
+
+
+def test_a_jog_before_the_run_that_begins_where_it_ends() -> None:
+    reports, seen = [], []
+    for window, step in (("1024", 80), ("1", 20)):
+        with served("part.via", "--await-client", "--window", window) as run:
+            seen.append(jog_first(run.port, step))
+            report = run.report()
+        jogs = [(e["axis"], e["action"]) for e in report["events"] if e["kind"] == "jog"]
+        assert jogs == [("J5+", "held"), ("J5+", "let go")]
+        assert report["status"] == "finished"
+        assert max(report["limits"]["joint_speed"]) <= 1.0
+        reports.append((report["ticks"], report["final"]))
+    assert seen[0] == seen[1]
+    assert reports[0] == reports[1]
+    # 3·80 + 100 ticks at 20 deg/s, from the first request to the end of the last one
+    assert seen[0] == ("ready", pytest.approx(0.34 * 20.0, rel=1e-3))
+
+
+def test_a_jog_whose_client_leaves_is_let_go() -> None:
+    with served("part.via", "--await-client") as run:
+        with Client(port=run.port) as client:
+            client.request("lockstep", on=True)
+            client.request("jog", axis="J1", direction=-1, space="joint", seconds=1)
+            client.request("advance", ticks=300)
+        with Client(port=run.port) as client:
+            while client.request("monitor")["monitor"]["state"] != "ready":
+                pass
+            to_its_end(client)
+        events = [(e["action"], round(e["t"] * 1000)) for e in run.report()["events"] if e["kind"] == "jog"]
+    assert events == [("held", 0), ("let go", 300)]

@@ -70,10 +70,10 @@ COMMANDS: Final = (
     Command("reset", "reset", "acknowledge an emergency stop", moving.reset),
     Command(
         "jog",
-        "jog [base|tool|frame N] AXIS BY [at F]",
-        "move J1…, E1…, X Y Z (mm) or A B C (deg about X Y Z) by so much",
+        "jog [base|tool|frame N] AXIS BY|AXIS+|AXIS- [for S] [at F]",
+        "move J1…, E1…, X Y Z (mm) or A B C (deg about X Y Z) by so much, or on and on",
         moving.jog,
-        "base tool frame at J1 J2 J3 J4 J5 J6 X Y Z A B C",
+        "base tool frame for at J1 J2 J3 J4 J5 J6 X Y Z A B C",
     ),
     Command("time", "time [S]", "the time; let S seconds pass", moving.let_pass),
     Command("pace", "pace [X|off]", "let time pass X times as fast as the clock", moving.set_pace, "off"),

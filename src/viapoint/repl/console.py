@@ -48,6 +48,11 @@ BREATH_S: Final = 0.05
 """At a pace, time is let pass in pieces of so much."""
 
 
+def _is_quiet(event: Event) -> bool:
+    """Also of a jog is told only what it stopped for by itself."""
+    return event.kind in QUIET or (event.kind == "jog" and event.data["action"] != "stopped")
+
+
 class Complaint(Exception):
     """Something typed that cannot be done; the sentence is for the user."""
 
@@ -115,7 +120,7 @@ class Console:
         if self.recorder is not None:
             self.recorder.event(event)
         self._moved |= event.kind == "block"
-        told = self.tracing if self.tracing is not None else event.kind not in QUIET
+        told = self.tracing if self.tracing is not None else not _is_quiet(event)
         if told:
             self._told += 1
             self.say(self.event_line(event))
@@ -128,7 +133,8 @@ class Console:
     def event_line(self, event: Event) -> str:
         """One event with its time and line."""
         kind = "" if event.kind in SPEAKING else f"{event.kind} "
-        return f"  {fixed(event.t, 3)} s  line {event.line}  {kind}{event_text(event)}".rstrip()
+        line = f"line {event.line}  " if event.line else ""
+        return f"  {fixed(event.t, 3)} s  {line}{kind}{event_text(event)}".rstrip()
 
     # --- lines -------------------------------------------------------------------------------------
 
@@ -202,6 +208,8 @@ class Console:
             )
         if session.kernel.state is State.MOVING:
             raise Complaint("the robot is moving: `:halt`, or `:continue`")
+        if session.kernel.state is State.JOGGING:
+            raise Complaint("the robot is being jogged: `:stop`")
 
     def _with_subroutines(self, text: str, known: Mapping[str, str]) -> str:
         """A text with what it calls behind it: subroutines typed before, or the loaded program."""
@@ -269,7 +277,8 @@ class Console:
                 break
             if pressed.count and not halted:
                 halted = True
-                session.halt()
+                if session.let_go() is not None:
+                    session.halt()
 
     # --- saying how things stand -------------------------------------------------------------------
 

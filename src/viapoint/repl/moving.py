@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from viapoint.interactive import Interactive, Question
+from viapoint.jogging import HeldJog, JogError
 from viapoint.language.render import render
 from viapoint.language.tree import name_key
 from viapoint.repl import jogging, show, values
@@ -227,10 +228,23 @@ def reset(console: Console, words: list[str]) -> None:
 
 
 def jog(console: Console, words: list[str]) -> None:
-    """One move by an increment, as a statement of its own."""
+    """One move by an increment, as a statement of its own; or on along an axis, to a time or a limit."""
     console.require_free()
+    held = jogging.held(console.session, words)
+    if held is not None:
+        _jog_on(console, held)
+        return
     text = jogging.statement(console.session, words)
     console.execute(text, keep_modal=True)
+
+
+def _jog_on(console: Console, held: HeldJog) -> None:
+    begin = console.session.kernel.tick
+    try:
+        _taken(console.session.hold(held))
+    except JogError as error:
+        raise Complaint(str(error)) from None
+    console.go(begin=begin)
 
 
 def let_pass(console: Console, words: list[str]) -> None:

@@ -67,7 +67,7 @@ def joints(session: Interactive) -> str:
 def state_word(session: Interactive) -> str:
     """What the robot is doing, in a word."""
     state = session.kernel.state
-    if session.under_way or state is State.HALTED:
+    if session.under_way or state in (State.HALTED, State.JOGGING, State.EMERGENCY):
         return state.value
     return {State.FINISHED: "ready", State.FAILED: "ready after an error"}.get(state, "ready after a stop")
 

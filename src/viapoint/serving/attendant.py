@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from queue import Empty
 from typing import Any, Final
 
+from viapoint.jogging import HeldJog, JogError, JogSpace
 from viapoint.language.suggestions import did_you_mean
 from viapoint.report import event_data
 from viapoint.runtime.cell import Signal, SignalKind
@@ -37,6 +38,7 @@ _COMMANDS: Final[Mapping[str, Callable[[Session], str | None]]] = {
     "stop": Session.stop,
     "estop": Session.emergency_stop,
     "reset": Session.reset,
+    "let_go": Session.let_go,
 }
 
 
@@ -63,6 +65,7 @@ class Attendant:
         self._starting: list[tuple[int, Scalar]] = []  # who asked for the beginning, with his `id`
         self._window = 1
         self._last: Window | None = None
+        self._jogging: int | None = None  # the client that holds a jog
         self._stood: tuple[int, State, str] | None = None  # where time stood still last
 
     @property
@@ -104,7 +107,7 @@ class Attendant:
     def attend(self, ending: Callable[[], bool]) -> None:
         """Do what was asked; come back when time may pass, or when the run is `ending`."""
         self._report_start()
-        self._report_advance(over=False)
+        self._report_advance(over=self._idle)
         while not ending():
             self._tell_standing()
             for incoming in self._waiting(self._must_wait()):
@@ -158,8 +161,13 @@ class Attendant:
         except Empty:
             return
 
+    @property
+    def _idle(self) -> bool:
+        """The run has not begun, and nothing moves: then no time passes."""
+        return not self._started and self.session.kernel.state in (State.READY, State.EMERGENCY)
+
     def _must_wait(self) -> bool:
-        if not self._started:
+        if self._idle:
             return True
         kernel = self.session.kernel
         if kernel.over or kernel.state is State.READY:
@@ -189,6 +197,8 @@ class Attendant:
                 self._hub.send(client, _line({"hello": self._hello()}))
             case What.LEFT:
                 self._clients.pop(client, None)
+                if self._jogging == client:  # nobody has the key any more
+                    self.session.let_go()
                 if self._lockstep == client:
                     self._lockstep = None
                     self.session.set_window(self._window)
@@ -219,6 +229,9 @@ class Attendant:
         values = request.values
         match request.do:
             case "start":
+                if self.session.kernel.state in (State.JOGGING, State.EMERGENCY) and not self._started:
+                    state = self.session.kernel.state.value
+                    raise Refused(f"the run has not begun, and the robot is {state}", request.identity)
                 self._started = True
                 self._starting.append((client, request.identity))
                 self._report_start()
@@ -240,12 +253,37 @@ class Attendant:
                 return {"value": self.session.signals.read(self._signal(request))}
             case "ping":
                 pass
+            case "jog":
+                self._jog(client, request)
             case _:
                 self._command(request)
         if REQUESTS[request.do].logged:
             kernel = self.session.kernel
-            kernel.trace.emit("command", kernel.line, do=request.do, client=client, **values)
+            given = {key: value for key, value in values.items() if value is not None}
+            kernel.trace.emit("command", kernel.line, do=request.do, client=client, **given)
         return {}
+
+    def _jog(self, client: int, request: Request) -> None:
+        """Hold a jog for a client, until it falls silent."""
+        session, values = self.session, request.values
+        jogging = session.kernel.state is State.JOGGING
+        if jogging and self._jogging not in (None, client):
+            raise Refused("another client jogs the robot already", request.identity)
+        held = HeldJog(
+            values["axis"].upper(),
+            values["direction"],
+            JogSpace(values["space"]),
+            values["frame"],
+            values["speed"],
+            values["seconds"],
+        )
+        try:
+            refused = "the run has begun" if self._started else session.hold(held)
+        except JogError as error:
+            refused = str(error)
+        if refused is not None:
+            raise Refused(refused, request.identity)
+        self._jogging = client
 
     def _command(self, request: Request) -> None:
         """What changes the run, from the next tick on."""

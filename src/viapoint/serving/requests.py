@@ -61,6 +61,13 @@ def _between(low: float, high: float) -> Callable[[Any], bool]:
     return lambda value: _is_number(value) and low <= value <= high
 
 
+def _one_of(*words: str) -> Callable[[Any], bool]:
+    return lambda value: isinstance(value, str) and value in words
+
+
+LONGEST_HOLD_S: Final = 1.0
+"""s that a jog goes on after the last request for it: a client may fall silent."""
+
 MOST_HZ: Final = 10_000.0
 MOST_TICKS: Final = 100_000_000
 
@@ -99,6 +106,18 @@ REQUESTS: Final[Mapping[str, Spec]] = {
     "stop": Spec({}, "stop on the path and end the run"),
     "estop": Spec({}, "emergency stop on the path"),
     "reset": Spec({}, "acknowledge an emergency stop; the run is then halted"),
+    "jog": Spec(
+        {
+            "axis": Value("J1…, E1…, X, Y, Z, A, B or C", lambda value: isinstance(value, str)),
+            "direction": Value("1 or -1", lambda value: value in (1, -1) and not isinstance(value, bool)),
+            "space": Value("joint, base, frame or tool", _one_of("joint", "base", "frame", "tool"), "base"),
+            "frame": Value("a whole number", _whole(0, 65_535), 0),
+            "speed": Value("a number of mm/s or deg/s", _between(1e-6, 1e6), None),
+            "seconds": Value("a number from 0.02 to 1", _between(0.02, LONGEST_HOLD_S), 0.2),
+        },
+        "before the run begins: move on along an axis for `seconds`; ask again in time to go on",
+    ),
+    "let_go": Spec({}, "end a jog"),
     "lockstep": Spec({"on": _SWITCH}, "let time pass only by `advance`", logged=False),
     "advance": Spec(
         {"ticks": Value("a whole number from 1", _whole(1, MOST_TICKS))},

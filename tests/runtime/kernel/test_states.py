@@ -9,6 +9,7 @@ import pytest
 
 from session_runs import cell
 from viapoint.interactive import Interactive
+from viapoint.jogging import HeldJog, JogSpace
 from viapoint.runtime.kernel import State
 from viapoint.runtime.kernel.states import REFUSALS, Command, Hold, Mode
 from viapoint.session import Session, Status, compile_text
@@ -24,6 +25,8 @@ ISSUED: dict[Command, Callable[[Session], str | None]] = {
     Command.OVERRIDE: lambda session: session.set_override(0.5),
     Command.STEP: lambda session: session.kernel.step(),
     Command.STEP_BACK: lambda session: session.kernel.step_back(),
+    Command.JOG: lambda session: session.hold(HeldJog("J1", 1, JogSpace.JOINT)),
+    Command.LET_GO: Session.let_go,
 }
 
 
@@ -57,6 +60,11 @@ def in_mode(mode: Mode) -> Session:
         return between("ML X=99999 F10\n", State.FAILED)
     if mode is Mode.READY:
         return Session(cell(), compile_text(PROGRAM, cell=cell()))
+    if mode is Mode.JOGGING:
+        session = Interactive(cell())
+        assert session.hold(HeldJog("J1", -1, JogSpace.JOINT)) is None
+        session.advance(50)
+        return session
     session, windows = moving()
     match mode:
         case Mode.HELD:
@@ -87,7 +95,7 @@ def test_the_table_covers_every_mode() -> None:
 
 
 @pytest.mark.parametrize("mode", Mode)
-@pytest.mark.parametrize("command", ISSUED)
+@pytest.mark.parametrize("command", Command)
 def test_a_command_is_taken_or_refused_as_the_table_says(mode: Mode, command: Command) -> None:
     session = in_mode(mode)
     assert session.kernel.mode is mode

@@ -56,7 +56,8 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         """A path goes through singular poses, and past them however closely. But here no joints follow it
         continuously: it meets two singularities at once, with the wrist on the axis of J1 and J4 and J6 in
         line, or it would have to turn about a joint that is not free. Pass such a pose with MJ, or lead the
-        path around it.""",
+        path around it. A jog that is held keeps its configuration and stops next to any singular pose; jog
+        single joints past it.""",
         "MJ J2=30 J3=-165.1631 F50\nML Y=200 F100\n",
     ),
     entry(

@@ -4,6 +4,7 @@ from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.breaks import Start
 from viapoint.runtime.kernel.dialogue import Interpreter
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError, PlanningError
+from viapoint.runtime.kernel.jogger import Demand
 from viapoint.runtime.kernel.kernel import Kernel
 from viapoint.runtime.kernel.offsets import Sensor
 from viapoint.runtime.kernel.peaks import ratios
@@ -15,6 +16,7 @@ __all__ = [
     "AuxiliaryAxes",
     "Command",
     "Corner",
+    "Demand",
     "ExclusiveZones",
     "ExecutionError",
     "Interpreter",

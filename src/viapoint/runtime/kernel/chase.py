@@ -118,3 +118,35 @@ def _input(acceleration: float, jerk: float) -> ruckig.InputParameter:
     ask.target_velocity = ask.target_acceleration = [0.0]
     ask.max_acceleration, ask.max_jerk = [acceleration], [jerk]
     return ask
+
+
+class Way:
+    """How an axis comes to a rate, and goes on at it."""
+
+    def __init__(self, start: Follower, found: ruckig.Trajectory | None) -> None:
+        self._start = start
+        self._found = found
+        self.duration = 0.0 if found is None else float(found.duration)
+        """s until it has the rate."""
+
+    def states(self, times: list[float]) -> list[Follower]:
+        """At times (s) from the start on."""
+        found, (position, rate, _) = self._found, self._start
+        if found is None:
+            return [Follower(position + rate * t, rate, 0.0) for t in times]
+        rows = [found.at_time(t) for t in times]
+        return [Follower(where[0], speed[0], second[0]) for where, speed, second in rows]
+
+
+def towards(start: Follower, rate: float, acceleration: float, jerk: float) -> Way:
+    """The quickest way from a state to a rate, within an acceleration and a jerk."""
+    if start.speed == rate and start.acceleration == 0.0:
+        return Way(start, None)
+    ask = _input(acceleration, jerk)
+    ask.control_interface = ruckig.ControlInterface.Velocity
+    ask.current_position, ask.current_velocity = [start.position], [start.speed]
+    ask.current_acceleration, ask.target_velocity = [start.acceleration], [rate]
+    found = ruckig.Trajectory(1)
+    if ruckig.Ruckig(1).calculate(ask, found) not in (ruckig.Result.Working, ruckig.Result.Finished):
+        raise ArithmeticError(f"no way from {start} to a rate of {rate}")
+    return Way(start, found)

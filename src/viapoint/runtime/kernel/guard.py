@@ -32,7 +32,7 @@ from viapoint.runtime.workspace import (
     Watch,
 )
 
-_PLANNED: Final = {Rule.FORBIDDEN: "E330", Rule.SAFE: "E331", Rule.SELF: "E332", Rule.CONE: "E333"}
+PLANNED: Final = {Rule.FORBIDDEN: "E330", Rule.SAFE: "E331", Rule.SELF: "E332", Rule.CONE: "E333"}
 _RUNNING: Final = {Rule.FORBIDDEN: "E420", Rule.SAFE: "E421", Rule.SELF: "E422", Rule.CONE: "E423"}
 _HINTS: Final = {
     Rule.FORBIDDEN: "lead the path around the zone, or correct the zone in the cell",
@@ -106,7 +106,7 @@ class PathGuard:
         what = "round edge" if stretch.curve.is_edge else kind
         message = f"{violation} after {way} of the {what}, {self._where(joints[0], tool)}"
         message += f"; by up to {deepest.extent}"
-        return PlanningError(_PLANNED[violation.rule], message, stretch.line, _HINTS[violation.rule])
+        return PlanningError(PLANNED[violation.rule], message, stretch.line, _HINTS[violation.rule])
 
     def _where(self, q: Floats, tool: int) -> str:
         return where(self._monitor.tcp(q, tool))

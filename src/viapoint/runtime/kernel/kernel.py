@@ -19,6 +19,7 @@ from viapoint.runtime.kernel.dialogue import Dialogue, Interpreter
 from viapoint.runtime.kernel.execution import Execution
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
 from viapoint.runtime.kernel.feed import with_reserve
+from viapoint.runtime.kernel.manual import Manual
 from viapoint.runtime.kernel.motion import Mover
 from viapoint.runtime.kernel.offsets import Sensor
 from viapoint.runtime.kernel.outlet import Outlet, Present
@@ -27,7 +28,6 @@ from viapoint.runtime.kernel.planner import Planner
 from viapoint.runtime.kernel.searching import Searching
 from viapoint.runtime.kernel.states import Hold, State
 from viapoint.runtime.kernel.trace import Trace
-from viapoint.runtime.kernel.tracking import Tracking
 from viapoint.runtime.kernel.unsupported import refusal
 from viapoint.runtime.kernel.zones import ExclusiveZones, ZoneAccess
 from viapoint.runtime.records import Event, Floats, Ints, Window
@@ -35,7 +35,7 @@ from viapoint.runtime.signals import SignalWorld
 from viapoint.vm.ports import Barrier, End, Failed, Motion
 
 
-class Kernel(Tracking):
+class Kernel(Manual):
     """Runs calls of an interpreter on the robot of a cell.
 
     `dialogue` is the interpreter's MotionPort and WorldPort. `advance` moves time on; events go to
@@ -84,6 +84,7 @@ class Kernel(Tracking):
         )
         self._paused = override == 0.0
         self._last_s = 0.0  # s in the last tick computed
+        self._awake = start.tick > 0  # tick 0 is done
 
     # --- running -----------------------------------------------------------------------------------
 
@@ -113,12 +114,17 @@ class Kernel(Tracking):
         return self._buffer.fill
 
     def begin(self, interpreter: Interpreter) -> Window:
-        """Take the program on; returns tick 0, after all that happens in it."""
+        """Take the program on; returns tick 0, after all that happens in it, or else the next tick."""
         self.dialogue.open(interpreter)
-        self.world.advance(0)
-        window = self.telemetry.standing(0, 1, self._told, self._now.status)
+        window = None if self._awake else self._wake()
         self.take_on(interpreter)
-        return window
+        return self.advance(1) if window is None else window
+
+    def _wake(self) -> Window:
+        """Tick 0: the robot stands where it begins."""
+        self._awake = True
+        self.world.advance(0)
+        return self.telemetry.standing(0, 1, self._told, self._now.status)
 
     def take_on(self, interpreter: Interpreter, steps: int | None = None) -> None:
         """Take a program on where the robot stands, when none is under way: time, path and signals go on.
@@ -127,7 +133,7 @@ class Kernel(Tracking):
         """
         self.dialogue.open(interpreter)
         self._hold = Hold.NONE if self.over else self._hold
-        self.execution.ended, self.state = False, State.READY
+        self.execution.ended, self.state, self._awake = False, State.READY, True
         self.breaks.begin(steps)
         refused: MotionError | None = refusal(self.cell)
         refused = refused or self.outlet.room_for(self.tool, 0) or self._taken()
@@ -143,6 +149,8 @@ class Kernel(Tracking):
             return self._let_down(ticks)
         if self.state is State.MOVING:
             return self._move(ticks)
+        if self.state is State.JOGGING:
+            return self._jog(ticks) if self._awake else self._wake()
         return self._stand(ticks)
 
     def _stand(self, ticks: int) -> Window:

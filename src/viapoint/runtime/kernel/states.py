@@ -18,6 +18,7 @@ class State(Enum):
     WAITING = "waiting"
     POLLING = "polling"
     COUPLING = "coupling"
+    JOGGING = "jogging"
     HALTED = "halted"
     EMERGENCY = "emergency stop"
     STOPPED = "stopped"
@@ -52,6 +53,8 @@ class Command(Enum):
     OVERRIDE = "override"
     STEP = "step"
     STEP_BACK = "step back"
+    JOG = "jog"
+    LET_GO = "let go"
 
 
 @unique
@@ -60,6 +63,7 @@ class Mode(Enum):
 
     READY = "ready"
     RUNNING = "running"
+    JOGGING = "jogging"
     HELD = "held at no speed"  # at rest by its override, or where nothing is further back
     HALTING = "coming to a halt"  # or waiting, and halted
     HALTED = "halted"
@@ -79,7 +83,9 @@ class Mode(Enum):
         if state is State.EMERGENCY:
             return cls.LATCHED
         at_rest = state is State.HALTED
-        begun = cls.READY if state is State.READY else cls.HELD if at_rest else cls.RUNNING
+        begun = {State.READY: cls.READY, State.JOGGING: cls.JOGGING, State.HALTED: cls.HELD}.get(
+            state, cls.RUNNING
+        )
         halted = cls.HALTED if at_rest else cls.HALTING
         return {Hold.HALT: halted, Hold.STOP: cls.STOPPING, Hold.EMERGENCY: cls.BRAKING}.get(hold, begun)
 
@@ -93,9 +99,18 @@ _OVER: Final = "the run is over"
 _NOT_BEGUN: Final = "the run has not begun"
 _NOT_AT_REST: Final = "the robot is not halted"
 _HALTED: Final = "it is halted already"
+_JOGGING: Final = "the robot is being jogged"
+_UNDER_WAY: Final = "a program is under way"
+_NOT_JOGGED: Final = "nothing is being jogged"
 
-_ENDED: Final = MappingProxyType(dict.fromkeys(set(Command) - {Command.OVERRIDE, Command.STEP_BACK}, _OVER))
-"""Between two programs: the override is that of the next one, and the path behind can be travelled back."""
+_ENDED: Final = MappingProxyType(
+    {
+        **dict.fromkeys(set(Command) - {Command.OVERRIDE, Command.STEP_BACK, Command.JOG}, _OVER),
+        Command.LET_GO: _NOT_JOGGED,
+    }
+)
+"""Between two programs: the override is that of the next one, the path behind can be travelled back, and the
+robot can be jogged."""
 
 REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
     {
@@ -104,19 +119,41 @@ REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
             Command.RESET: _NO_EMERGENCY,
             Command.STEP: _NOT_BEGUN,
             Command.STEP_BACK: _NOT_BEGUN,
+            Command.LET_GO: _NOT_JOGGED,
         },
         Mode.RUNNING: {
             Command.RESUME: _NOTHING_HALTED,
             Command.RESET: _NO_EMERGENCY,
             Command.STEP_BACK: _NOT_AT_REST,
+            Command.JOG: _UNDER_WAY,
+            Command.LET_GO: _NOT_JOGGED,
         },
-        Mode.HELD: {Command.RESUME: _NOTHING_HALTED, Command.RESET: _NO_EMERGENCY},
+        Mode.JOGGING: {
+            Command.HALT: _JOGGING,
+            Command.RESUME: _NOTHING_HALTED,
+            Command.RESET: _NO_EMERGENCY,
+            Command.STEP: _JOGGING,
+            Command.STEP_BACK: _JOGGING,
+        },
+        Mode.HELD: {
+            Command.RESUME: _NOTHING_HALTED,
+            Command.RESET: _NO_EMERGENCY,
+            Command.JOG: _UNDER_WAY,
+            Command.LET_GO: _NOT_JOGGED,
+        },
         Mode.HALTING: {
             Command.HALT: _HALTED,
             Command.RESET: _NO_EMERGENCY,
             Command.STEP_BACK: _NOT_AT_REST,
+            Command.JOG: _UNDER_WAY,
+            Command.LET_GO: _NOT_JOGGED,
         },
-        Mode.HALTED: {Command.HALT: _HALTED, Command.RESET: _NO_EMERGENCY},
+        Mode.HALTED: {
+            Command.HALT: _HALTED,
+            Command.RESET: _NO_EMERGENCY,
+            Command.JOG: _UNDER_WAY,
+            Command.LET_GO: _NOT_JOGGED,
+        },
         Mode.STOPPING: {
             Command.HALT: _STOPPING,
             Command.RESUME: _STOPPING,
@@ -124,6 +161,8 @@ REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
             Command.RESET: _NO_EMERGENCY,
             Command.STEP: _STOPPING,
             Command.STEP_BACK: _STOPPING,
+            Command.JOG: _STOPPING,
+            Command.LET_GO: _STOPPING,
         },
         Mode.BRAKING: {
             Command.HALT: _BRAKING,
@@ -133,6 +172,8 @@ REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
             Command.RESET: "the robot does not stand still yet",
             Command.STEP: _BRAKING,
             Command.STEP_BACK: _BRAKING,
+            Command.JOG: _BRAKING,
+            Command.LET_GO: _BRAKING,
         },
         Mode.LATCHED: {
             Command.HALT: _LATCHED,
@@ -141,8 +182,10 @@ REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
             Command.EMERGENCY_STOP: "it is in emergency stop already",
             Command.STEP: _LATCHED,
             Command.STEP_BACK: _LATCHED,
+            Command.JOG: _LATCHED,
+            Command.LET_GO: _NOT_JOGGED,
         },
-        Mode.OVER: dict.fromkeys(Command, _OVER),
+        Mode.OVER: {**dict.fromkeys(Command, _OVER), Command.LET_GO: _NOT_JOGGED},
         Mode.FINISHED: _ENDED,
         Mode.BROKEN_OFF: {**_ENDED, Command.STEP_BACK: _OVER},
     }

@@ -127,6 +127,7 @@ JSON_SCHEMAS = {
             "signal": STRING,
             "index": INTEGER,
             "action": STRING,
+            "axis": STRING,
             "reason": STRING,
             "text": STRING,
             "code": STRING,
