@@ -15,7 +15,8 @@ GOTO A 2|B:|END|SUB B|SUB DROP|SUB LOOP||IF DO1|:load part.via|:run|:run for 0.7
 :run for 2.3|:step|:step 2|:step 3|:back|:back 2|:break 6|:break 4 if DO1
 :break DROP if NOT DI3|:break off|:break off 6|:break|:x|:override 50|:override 100
 :override 0|:override -50|:halt|:continue|:continue for 0.3|:continue for 1|:stop|:estop
-:reset|:jog J2 -5|:jog Z -30|:jog tool X 20|:jog A 5|:jog frame 1 Y 15|:jog X+ for 0.3|:jog tool B- at 40|:jog J3+|:time 0.2|:time
+:reset|:jog J2 -5|:jog Z -30|:jog tool X 20|:jog A 5|:jog frame 1 Y 15|:time 0.2|:time
+:jog X+ for 0.3|:jog tool B- at 40|:jog J3+
 :teach P9|:points|:teach P9 joints|:io|:io DI3 on|:io DI3 off|:io M7 off|:io M5 off
 :force DO1 on|:force DO1 free|:force free|:status|:list|:trace|:trace 5|:help
 """.strip()
