@@ -17,6 +17,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from viapoint.calibration import CalibrationError, ToolCalibration, calibrate_frame, calibrate_tool
     from viapoint.checking import CheckReport, check_program
     from viapoint.interactive import Interactive
     from viapoint.jogging import HeldJog, Jog, JogError, JogSpace
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from viapoint.station import Station
 
 __all__ = [
+    "CalibrationError",
     "Cell",
     "CellError",
     "CheckReport",
@@ -63,7 +65,10 @@ __all__ = [
     "StartError",
     "Station",
     "Status",
+    "ToolCalibration",
     "Window",
+    "calibrate_frame",
+    "calibrate_tool",
     "check_program",
     "compile_file",
     "compile_text",
@@ -79,6 +84,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "viapoint.calibration": ("CalibrationError", "ToolCalibration", "calibrate_frame", "calibrate_tool"),
     "viapoint.checking": ("CheckReport", "check_program"),
     "viapoint.interactive": ("Interactive",),
     "viapoint.jogging": ("HeldJog", "Jog", "JogError", "JogSpace"),

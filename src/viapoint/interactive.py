@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Final
 
 from viapoint.jogging import HeldJog, Jog, statement
-from viapoint.runtime.cell import Cell, Point
+from viapoint.runtime.cell import Cell, Frame, Point, Tool
 from viapoint.runtime.kernel import State
 from viapoint.runtime.kernel.breaks import HERE
 from viapoint.runtime.kernel.buffer import MotionBuffer
@@ -104,10 +104,10 @@ class Interactive(Session):
         if self.under_way:
             return f"{self.program.source.name} is {self.kernel.state.value}"
         if self.kernel.state is State.HALTED:  # on the way back over a program that is over
-            self._end_jog()
+            self._stand_anew()
         return super().hold(held)
 
-    def _end_jog(self) -> None:
+    def _stand_anew(self) -> None:
         self._renew()
         ports = self.kernel.dialogue
         self._machine = Machine(_NOTHING.program, ports, ports, modal=self.modal)
@@ -226,6 +226,20 @@ class Interactive(Session):
         self.points[index] = point
         self.kernel.planner.place(point)  # also over one that was captured
         return point
+
+    def equip(self, *, tools: Sequence[Tool] = (), frames: Sequence[Frame] = ()) -> None:
+        """From now on the cell has these tools and frames, by their index; the path before it is forgotten.
+
+        Raises RuntimeError while a program is under way or the robot moves.
+        """
+        if self.under_way or self.kernel.state in (State.MOVING, State.JOGGING):
+            raise RuntimeError(f"the robot is {self.kernel.state.value}")
+        self.cell = replace(
+            self.cell,
+            tools={**self.cell.tools, **{tool.index: tool for tool in tools}},
+            frames={**self.cell.frames, **{frame.index: frame for frame in frames}},
+        )
+        self._stand_anew()
 
     # --- the end of a program ----------------------------------------------------------------------
 

@@ -201,16 +201,15 @@ class Session:
             self.start = start_at(program.program, cell, first_line, cycles=cycles, last_line=last_line)
         self._made = partial(
             Kernel,
-            cell,
-            self._world,
-            self._hear,
+            world=self._world,
+            listener=self._hear,
             stepping=step,
             patient=patient,
             zones=zones,
             sensors=sensors,
         )
         here = replace(Start.at_home(cell), tool=self.start.tool if self.start is not None else 0)
-        self.kernel = self._made(override=override, start=here)
+        self.kernel = self._made(cell, override=override, start=here)
         self._machine = self._interpreter()
         self._wall = 0.0
 
@@ -226,7 +225,7 @@ class Session:
         """A new kernel where the robot stands: what the old one had planned ahead is dropped."""
         old = self.kernel
         here = Start(old.tick, old.telemetry.joints.copy(), old.telemetry.auxiliary.copy(), old.tool)
-        self.kernel = self._made(override=old.mover.override, start=here)
+        self.kernel = self._made(self.cell, override=old.mover.override, start=here)
         self.kernel.goes_on = old.goes_on
         self.kernel.keep_override(old)
         self.kernel.planner.laid = old.planner.laid
@@ -264,10 +263,10 @@ class Session:
         by_hand = self.kernel.state is State.JOGGING
         window = self._tell(self._timed(partial(self.kernel.advance, ticks)))
         if by_hand and self.kernel.state in (State.READY, State.STOPPED):
-            self._end_jog()
+            self._stand_anew()
         return window
 
-    def _end_jog(self) -> None:
+    def _stand_anew(self) -> None:
         if self.kernel.state is State.READY:
             self._begin_anew()
 
@@ -323,7 +322,7 @@ class Session:
         """Acknowledge an emergency stop once the robot stands; the run is then halted, a jog at its end."""
         refused = self.kernel.reset()
         if refused is None and self.kernel.by_hand:
-            self._end_jog()
+            self._stand_anew()
         return refused
 
     def hold(self, held: HeldJog) -> str | None:

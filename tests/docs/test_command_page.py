@@ -53,6 +53,8 @@ def test_every_key_of_the_other_objects_is_named(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("cell.toml").write_text(via.default_cell().source.text)
+    Path("touched.csv").write_text("0,0,0,0,0,0\n1,0,0,0,0,20\n0,1,0,0,20,0\n0,0,1,20,0,0\n")
+    Path("corners.csv").write_text("0,0,0\n100,0,0\n0,100,0\n")
     Path("part.via").write_text("ML P1\nIF DI1\nENDIF\n")
     found: set[str] = set()
     for line in (
@@ -60,6 +62,8 @@ def test_every_key_of_the_other_objects_is_named(
         "fk --robot frigeni6 0 0 0 0 0 0 --format json",
         "ik --robot frigeni6 1755 0 2660 0 0 0 --format json",
         "robots --format json",
+        "calibrate tool touched.csv --format json",
+        "calibrate frame corners.csv --format json",
     ):
         assert main(line.split()) == 0
         found |= _keys(json.loads(capsys.readouterr().out))

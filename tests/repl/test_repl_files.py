@@ -10,6 +10,12 @@ import pytest
 from repl_sittings import FILES, Sitting
 
 import viapoint as via
+from viapoint.repl import Console
+from viapoint.runtime.cell import Cell
+
+
+def via_console(cell: Cell, said: list[str]) -> Console:
+    return Console(cell, said.append)
 
 
 @pytest.fixture
@@ -66,3 +72,66 @@ def test_a_recording(here: Sitting, tmp_path: Path) -> None:
     here.enter(":record left_open.mcap", "ML P2")
     here.console.close()
     assert via.load_recording(tmp_path / "left_open.mcap").problem is None
+
+
+TOUCHING = [
+    line
+    for k, abc in enumerate(("A=0 B=90 C=0", "A=20 B=70 C=0", "A=-25 B=80 C=30", "A=10 B=60 C=-20"))
+    for line in (f"MJ X=1700 Y=200 Z=900 {abc} F80", f":teach P{10 + k} joints")
+]
+
+
+def test_what_was_calibrated_goes_into_the_cell_file(here: Sitting, tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    text = (FILES / "cell.toml").read_text(encoding="utf-8").replace("index = 1\n", "index = 1  # as built\n")
+    path.write_text(text, encoding="utf-8")
+    assert "nothing was calibrated" in here.enter(":calibrate save mine.toml")
+    here.enter("T 1", *TOUCHING, ":calibrate tool 1 P10 P11 P12 P13", ":calibrate tool 5 P10 P11 P12 P13")
+    here.enter(
+        "ML X=1600 Y=100 Z=900", ":teach P20", "ML X=1700", ":teach P21", "ML Y=200 Z=950", ":teach P22"
+    )
+    here.enter(":calibrate frame 1 P20 P21 P22", ":calibrate frame 2 P20 P21 P22")
+    assert "mine.toml: Z1, Z2, T1, T5" in here.enter(":calibrate save mine.toml")
+    written = path.read_text(encoding="utf-8")
+    assert written.count("# as built") == 2
+    assert 'name = "torch"' in written
+    cell, known = via.load_cell(path), here.console.session.cell
+    for index in (1, 5):
+        np.testing.assert_allclose(
+            cell.tools[index].X_flange_tool, known.tools[index].X_flange_tool, atol=1e-8
+        )
+    for index in (1, 2):
+        np.testing.assert_allclose(
+            cell.frames[index].X_base_frame, known.frames[index].X_base_frame, atol=1e-8
+        )
+    np.testing.assert_allclose(cell.frames[2].X_base_frame[:3, 3], [1.6, 0.1, 0.9], atol=1e-8)
+    for wrong in ("part.via", "none.toml", "points.toml"):
+        here.enter(":calibrate tool 1 P10 P11 P12 P13")
+        before = (tmp_path / wrong).read_bytes() if (tmp_path / wrong).exists() else None
+        assert "error: " in here.enter(f":calibrate save {wrong}")
+        assert before == ((tmp_path / wrong).read_bytes() if before is not None else None)
+
+
+def test_of_several_robots_it_is_the_one_that_was_calibrated(here: Sitting, tmp_path: Path) -> None:
+    path = tmp_path / "pair.toml"
+    robots = (("left", ""), ("right", "robot.zero_frame = { xyz = [3000, 0, 0], abc = [0, 0, 90] }\n"))
+    path.write_text(
+        "[[tools]]\nindex = 1\nxyz = [100, 0, 0]\n"
+        + "".join(f'[[robots]]\nname = "{name}"\nrobot.model = "frigeni6"\n{more}' for name, more in robots),
+        encoding="utf-8",
+    )
+    said: list[str] = []
+    console = via_console(via.load_cells(path)[1], said)
+    for line in ("T 1", *[each.replace(" F80", " Z0 F80") for each in TOUCHING]):
+        console.enter(line.replace("X=1700 Y=200", "X=3100 Y=1700"))
+    for line in (":calibrate tool 4 P10 P11 P12 P13", ":teach P20", "ML X=3200", ":teach P21", "ML Y=1600"):
+        console.enter(line)
+    for line in (":teach P22", ":calibrate frame 6 P20 P21 P22", ":calibrate save"):
+        console.enter(line)
+    assert said[-1].endswith("pair.toml: Z6, T4")
+    left, right = via.load_cells(path)
+    assert 4 not in left.tools
+    np.testing.assert_allclose(right.tools[4].X_flange_tool[:3, 3], [0.1, 0.0, 0.0], atol=1e-8)
+    for cell in (left, right):
+        X_world_frame = np.linalg.inv(cell.frames[0].X_base_frame) @ cell.frames[6].X_base_frame
+        np.testing.assert_allclose(X_world_frame[:3, 3], [3.1, 1.7, 0.9], atol=1e-8)

@@ -250,6 +250,32 @@ COMMANDS = (
         "viapoint ik --robot frigeni6 1755 0 2660 0 0 0",
     ),
     Command(
+        "calibrate",
+        "a tool from flange poses that touched one point; a frame from three points",
+        "calibrating:calibrate",
+        (
+            _option("what", metavar="tool|frame", type=_one_of("tool", "frame"), help="what to find"),
+            _option(
+                "file",
+                metavar="MEASURED.csv",
+                type=_path,
+                help="a row per pose: x,y,z,a,b,c in mm and deg; for a frame x,y,z will do",
+            ),
+            _option("--robot", metavar="R", default=None, help="rows are joints of this robot, deg or mm"),
+            _option(
+                "--tool",
+                metavar="V",
+                type=_number,
+                nargs=6,
+                default=None,
+                help="for a frame: the tool that touched, X Y Z A B C from the flange",
+            ),
+            _option("--xxy", action="store_true", help="a frame's points are two on X and one on Y"),
+            FORMAT,
+        ),
+        "viapoint calibrate tool touched.csv",
+    ),
+    Command(
         "robots", "the robots that come with viapoint", "kinematics:robots", (FORMAT,), "viapoint robots"
     ),
     Command(

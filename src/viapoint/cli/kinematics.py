@@ -18,7 +18,8 @@ JSON_DECIMALS = 11  # digits behind this are rounding noise of mm ÷ m
 POSE = ("X", "Y", "Z", "A", "B", "C")
 
 
-def _robot(name: str) -> Robot:
+def robot_named(name: str) -> Robot:
+    """A robot by its name or file. Raises Refusal."""
     from viapoint.runtime.robots import RobotError, load_robot
 
     try:
@@ -28,7 +29,7 @@ def _robot(name: str) -> Robot:
         raise Refusal("\n  ".join(lines)) from error
 
 
-def _units(robot: Robot) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def units_of(robot: Robot) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     """(n,) mm or deg in SI, per joint."""
     import numpy as np
 
@@ -37,7 +38,7 @@ def _units(robot: Robot) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     return np.where(robot.prismatic, MM, DEG)
 
 
-def _pose(values: list[float]) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def pose_of(values: list[float]) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     """X Y Z A B C in mm and deg → (4, 4)."""
     import numpy as np
 
@@ -53,13 +54,13 @@ def fk(chosen: Namespace) -> int:
     from viapoint.language.units import DEG, MM
     from viapoint.runtime.rotations import matrix_to_abc
 
-    robot = _robot(chosen.robot)
+    robot = robot_named(chosen.robot)
     if len(chosen.joints) != robot.joint_count:
         raise UsageError(f"{robot.name} has {robot.joint_count} joints, {len(chosen.joints)} are given")
-    q = np.array(chosen.joints) * _units(robot)
+    q = np.array(chosen.joints) * units_of(robot)
     X = robot.fk(q)
     if chosen.tool is not None:
-        X = X @ _pose(chosen.tool)
+        X = X @ pose_of(chosen.tool)
     values = [*(X[:3, 3] / MM).tolist(), *(matrix_to_abc(X[:3, :3]) / DEG).tolist()]
     inside = robot.limits.contain(q)
     outside = [f"J{i + 1}" for i in range(robot.joint_count) if not inside[i]]
@@ -84,11 +85,11 @@ def ik(chosen: Namespace) -> int:
 
     from viapoint.runtime.rotations import invert_pose
 
-    robot = _robot(chosen.robot)
-    X = _pose(chosen.pose)
+    robot = robot_named(chosen.robot)
+    X = pose_of(chosen.pose)
     if chosen.tool is not None:
-        X = X @ invert_pose(_pose(chosen.tool))
-    units = _units(robot)
+        X = X @ invert_pose(pose_of(chosen.tool))
+    units = units_of(robot)
     solutions = robot.solutions(X, reference=np.zeros(robot.joint_count))
     found = [((one.joints / units).tolist(), list(one.names)) for one in solutions]
     if chosen.format == "json":
@@ -123,7 +124,7 @@ def _why_not(robot: Robot, X: np.ndarray[tuple[int, ...], np.dtype[np.float64]])
 def robots(chosen: Namespace) -> int:
     from viapoint.runtime.robots import robot_names
 
-    found = [_robot(name) for name in robot_names()]
+    found = [robot_named(name) for name in robot_names()]
     if chosen.format == "json":
         print_json({"robots": [_described(robot) for robot in found]})
         return 0
@@ -136,7 +137,7 @@ def robots(chosen: Namespace) -> int:
 
 
 def _described(robot: Robot) -> dict[str, object]:
-    units = _units(robot)
+    units = units_of(robot)
     limits = robot.limits
     columns = {
         "speed": limits.speed,
@@ -170,6 +171,6 @@ def _reach_mm(robot: Robot) -> float:
 
 
 def _ranges(robot: Robot) -> str:
-    units = _units(robot)
+    units = units_of(robot)
     lower, upper = (robot.limits.lower / units).tolist(), (robot.limits.upper / units).tolist()
     return "  ".join(f"{_tidy(a):g}…{_tidy(b):g}" for a, b in zip(lower, upper, strict=True))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from viapoint.language.suggestions import did_you_mean
-from viapoint.repl import moving, surroundings, watching
+from viapoint.repl import calibrating, moving, surroundings, watching
 from viapoint.repl.console import Complaint, Console
 
 Words = list[str]
@@ -90,6 +90,13 @@ COMMANDS: Final = (
         "list the points; write the taught ones",
         surroundings.points,
         "save file",
+    ),
+    Command(
+        "calibrate",
+        "calibrate tool N P… | frame N P P P [xxy] | save [FILE]",
+        "a tool from 4 points taught in joints, a frame from 3; write them",
+        calibrating.calibrate,
+        "tool frame point xxy save file",
     ),
     Command(
         "io",

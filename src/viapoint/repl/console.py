@@ -82,6 +82,8 @@ class Console:
         self.subroutines: dict[str, str] = {}
         """Texts of the subroutines typed, by the key of their name."""
         self.taught: set[int] = set()
+        self.calibrated: set[tuple[str, int]] = set()
+        """Tools and frames, ("tool" or "frame", index), that no file has yet."""
         self.tracing: bool | None = None
         """True: all events are told, False: none, None: those that say what the robot did."""
         self.pace: float | None = None

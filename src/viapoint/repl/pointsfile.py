@@ -40,18 +40,18 @@ def update(path: Path, points: Iterable[Point], units: Floats, cell: Cell) -> No
 def _values(point: Point, units: Floats, cell: Cell) -> dict[str, Any]:
     values: dict[str, Any] = {} if point.name is None else {"name": point.name}
     if point.joints is not None:
-        values["j"] = [_tidy(v) for v in (point.joints / units).tolist()]
+        values["j"] = [tidy(v) for v in (point.joints / units).tolist()]
     else:
         assert point.pose is not None, "a point is taught as a pose or as joints"
-        values |= {name: _tidy(v) for name, v in zip("xyzabc", coordinates(point.pose), strict=True)}
+        values |= {name: tidy(v) for name, v in zip("xyzabc", coordinates(point.pose), strict=True)}
     if point.auxiliary:
         axes = [cell.auxiliary_axes[number] for number in sorted(cell.auxiliary_axes)]
         pairs = zip(axes, point.auxiliary, strict=True)
-        values["e"] = [_tidy(value / (MM if axis.prismatic else DEG)) for axis, value in pairs]
+        values["e"] = [tidy(value / (MM if axis.prismatic else DEG)) for axis, value in pairs]
     return values
 
 
-def _tidy(value: float) -> float | int:
+def tidy(value: float) -> float | int:
     """Rounded, and a whole number where it is one."""
     rounded = round(value, _DIGITS) + 0.0
     return int(rounded) if rounded.is_integer() else rounded
