@@ -62,7 +62,7 @@ def compile_only(path: Path, cell: Cell | None = None) -> Checked:
         names = cell_names(cell)
     result = compile_source(source, names)
     decisions = tuple(
-        {"line": one.line, "reads": list(one.reads), "barrier": one.barrier}
+        {"line": one.line, "reads": list(one.reads), "barrier": one.barrier, "watched": one.watched}
         for one in result.decisions(names)
     )
     return Checked(result.program, source, result.diagnostics, decisions)

@@ -224,7 +224,7 @@ class Interactive(Session):
             auxiliary=tuple(self.kernel.telemetry.auxiliary.tolist()),
         )
         self.points[index] = point
-        self.kernel.planner.place(point)  # also over one that was captured
+        self.kernel.place(point)  # also over one that was captured
         return point
 
     def equip(self, *, tools: Sequence[Tool] = (), frames: Sequence[Frame] = ()) -> None:

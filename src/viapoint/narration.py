@@ -37,6 +37,8 @@ def event_text(event: Event) -> str:
         case "jog":
             why = f": {data['code']}: {data['reason']}" if "code" in data else ""
             return f"{data['axis']} {data['action']}{why}"
+        case "interrupt":
+            return f"{data['label']} {data['action']}{place}"
         case "m" | "track":
             return f"{data['index']} {data['action']}"
         case "error":

@@ -68,6 +68,11 @@ def outlook(survey: Survey, cell: Cell) -> Outlook:
     )
 
 
+def _all(survey: Survey) -> Sequence[Stretch]:
+    """Those of the program and of what interrupts it."""
+    return (*survey.stretches, *survey.handled)
+
+
 def _tidy(value: float) -> float:
     """Without the rounding noise of the units."""
     return round(value, _DIGITS) + 0.0
@@ -81,7 +86,7 @@ def _blends(survey: Survey) -> Iterator[Row]:
     corners: dict[tuple[int, int | None], Corner] = {}
     edges: dict[int, float | None] = {}
     joint_lines: set[int] = set()
-    for stretch in survey.stretches:
+    for stretch in _all(survey):
         for call in stretch.calls:
             if isinstance(call, Motion):
                 edges[call.line] = call.round_edge
@@ -113,7 +118,7 @@ def _statements(survey: Survey) -> Iterator[Row]:
     longest: dict[int, BlockForecast] = {}
     shortest: dict[int, float] = {}
     waits: dict[int, float] = {}
-    for stretch in survey.stretches:
+    for stretch in _all(survey):
         for block in stretch.planned.blocks:
             shortest[block.line] = min(shortest.get(block.line, block.seconds), block.seconds)
             if block.line not in longest or block.seconds > longest[block.line].seconds:
@@ -267,7 +272,7 @@ def _tangential(arrives: Any, leaves: Any) -> bool:
 def _slowdowns(survey: Survey, cell: Cell) -> Iterator[Row]:
     """The slowest place of each line that an axis slows in its middle."""
     slowest: dict[int, Slowdown] = {}
-    for stretch in survey.stretches:
+    for stretch in _all(survey):
         for each in stretch.planned.slowdowns:
             if each.line not in slowest or each.speed < slowest[each.line].speed:
                 slowest[each.line] = each
@@ -292,9 +297,7 @@ def axis_name(cell: Cell, axis: int) -> str:
 
 def _zones(survey: Survey) -> Iterator[Row]:
     seen = {
-        (each.line, each.zone, each.enters)
-        for stretch in survey.stretches
-        for each in stretch.planned.passings
+        (each.line, each.zone, each.enters) for stretch in _all(survey) for each in stretch.planned.passings
     }
     for line, zone, enters in sorted(seen):
         yield {"line": line, "zone": zone, "action": "enters" if enters else "leaves"}
@@ -304,7 +307,7 @@ def _configurations(survey: Survey) -> Iterator[Row]:
     """Lines that end in another configuration than they began in."""
     seen = {
         (block.line, *block.turned)
-        for stretch in survey.stretches
+        for stretch in _all(survey)
         for block in stretch.planned.blocks
         if block.turned[0] != block.turned[1]
     }

@@ -361,11 +361,11 @@ class Session:
 
     def set_point(self, point: int | str, pose: Sequence[float]) -> None:
         """Move a live point (index or name) to x, y, z (mm), a, b, c (deg). Raises ValueError: not live."""
-        self.kernel.planner.place(moved_point(self.cell, point, pose))
+        self.kernel.place(moved_point(self.cell, point, pose))
 
     def set_frame(self, frame: int | str, pose: Sequence[float]) -> None:
         """Move a live frame (index or name), as the cell file gives its pose. Raises ValueError: not live."""
-        self.kernel.planner.place(moved_frame(self.cell, frame, pose))
+        self.kernel.place(moved_frame(self.cell, frame, pose))
 
     def force(self, name: str, value: bool | float) -> None:
         """Hold a signal at a value, whatever is written to it. Raises KeyError."""

@@ -8,15 +8,15 @@ world cannot be known, and is said.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeGuard
 
 import numpy as np
 
-from viapoint.language.units import DEG, MM
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.forecast import Rest, forecast
+from viapoint.runtime.kernel.returning import joint_move
 from viapoint.vm import Machine, Program
 from viapoint.vm.ports import (
     Barrier,
@@ -26,6 +26,7 @@ from viapoint.vm.ports import (
     End,
     Ended,
     Failed,
+    Handler,
     Motion,
     MotionKind,
     MotionPort,
@@ -36,8 +37,9 @@ from viapoint.vm.ports import (
     Speed,
     SpeedKind,
     Suspension,
+    SwitchOff,
+    SwitchOn,
     Tangent,
-    Target,
     Track,
 )
 from viapoint.ways import Answers, Read, Script, run_on
@@ -72,6 +74,8 @@ class LineStart:
     tool: int
     speed: Speed | None
     tangent: Tangent | None
+    interrupts: tuple[SwitchOn, ...]
+    """Those that are on; they come into force where the approach has ended."""
     counters: tuple[tuple[str, int], ...]
     """Labels, and which run of their loop this is."""
     assumed: tuple[Read, ...]
@@ -250,6 +254,7 @@ def _start(way: _Way, cell: Cell, line: int) -> LineStart:
         tool=way.machine.modal.tool,
         speed=way.machine.modal.speed,
         tangent=tangents[-1] if tangents and tangents[-1].on else None,
+        interrupts=_switched_on(calls),
         counters=way.machine.counters,
         assumed=way.all_reads(),
         skipped=tuple(switched[index] for index in sorted(switched)),
@@ -257,6 +262,19 @@ def _start(way: _Way, cell: Cell, line: int) -> LineStart:
         approach=_approach(calls, _ahead(way, cell), cell, line),
         machine=way.machine,
     )
+
+
+def _switched_on(calls: Iterable[Call]) -> tuple[SwitchOn, ...]:
+    """The interrupts that are on behind calls, in the order of their ON."""
+    on: dict[Handler, SwitchOn] = {}
+    for call in calls:
+        if isinstance(call, SwitchOn | SwitchOff):
+            known = on.get(call.handler)
+            if isinstance(call, SwitchOff) or (known is not None and known.condition != call.condition):
+                on.pop(call.handler, None)
+            if isinstance(call, SwitchOn):
+                on.setdefault(call.handler, call)
+    return tuple(on.values())
 
 
 def _approach(above: Sequence[Call], ahead: Sequence[Call], cell: Cell, line: int) -> Motion | None:
@@ -272,7 +290,8 @@ def _approach(above: Sequence[Call], ahead: Sequence[Call], cell: Cell, line: in
     if planned.failure is not None:
         failure = planned.failure
         raise StartError(f"line {failure.line} cannot be planned: {failure.message}", None)
-    return _joint_move(planned.end, cell, motions[-1].tool, line)
+    end = planned.end
+    return joint_move(cell, end.q, end.e, line=line, tool=motions[-1].tool, speed=APPROACH)
 
 
 def _replaced(call: Call | None, line: int) -> TypeGuard[Motion]:
@@ -282,31 +301,14 @@ def _replaced(call: Call | None, line: int) -> TypeGuard[Motion]:
     return not call.actions and call.search is None
 
 
-def _joint_move(rest: Rest, cell: Cell, tool: int, line: int) -> Motion:
-    """The joint move to a place where it ends at rest."""
-    axes = AuxiliaryAxes.of(cell)
-    q = rest.q / np.where(cell.robot.prismatic, MM, DEG)
-    numbers = [axis.number for axis in axes.axes]
-    return Motion(
-        line=line,
-        kind=MotionKind.JOINT,
-        target=Target(
-            joints=tuple(enumerate(q.tolist(), start=1)),
-            auxiliary=tuple(zip(numbers, (rest.e / axes.units).tolist(), strict=True)),
-        ),
-        speed=APPROACH,
-        tool=tool,
-        round_edge=0.0,
-    )
-
-
 class Approaching:
     """MotionPort: the approach in place of the motion of the line, or before its action; then what comes."""
 
     def __init__(self, port: MotionPort, start: LineStart) -> None:
         self._port = port
         self._line = start.line
-        self._before = [call for call in (start.tangent, start.approach) if call is not None]
+        before = (start.tangent, start.approach, *start.interrupts)
+        self._before: list[Call] = [call for call in before if call is not None]
 
     def submit(self, call: Call) -> bool:
         """Accept a call, or not: see MotionPort."""

@@ -9,7 +9,7 @@ stretch between two nodes that was planned before is not planned again.
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -32,9 +32,12 @@ from viapoint.vm.ports import (
     End,
     Ended,
     Failed,
+    Handler,
+    Modal,
     Motion,
     RaiseM,
     SelectTool,
+    SwitchOn,
     Track,
 )
 from viapoint.ways import Answers, run_on
@@ -42,6 +45,7 @@ from viapoint.ways import Answers, run_on
 if TYPE_CHECKING:
     from viapoint.runtime.cell import Cell
     from viapoint.runtime.kernel import MotionError
+    from viapoint.runtime.records import Floats
 
 MOST_NODES: Final = 10_000
 """Places to stand at that are looked at; beyond them ways are cut off."""
@@ -79,6 +83,8 @@ class Survey:
     failures: list[MotionError] = field(default_factory=list)
     cut_at: int | None = None
     """Line at which a bound cut a way off."""
+    handled: list[Stretch] = field(default_factory=list)
+    """The ways through subroutines that interrupt, each from the place of its ON."""
     passes: list[Stretch] | None = None
     """Of a program that never ends: the ways through some passes of its main loop."""
 
@@ -86,11 +92,40 @@ class Survey:
 def survey(program: Program, cell: Cell) -> Survey:
     """Plan every way through a program."""
     planned: dict[Hashable, Forecast] = {}
-    found = _Surveyor(program, cell, planned).run()
+    surveyor = _Surveyor(program, cell, planned)
+    found = surveyor.run()
+    _survey_interrupts(found, surveyor.interrupts, _Surveyor(program, cell, planned))
     ends = any(stretch.ends for stretch in found.stretches)
     if not (ends or found.failures or found.cut_at) and main_loop(program) is not None:
         found.passes = _Surveyor(program, cell, planned, ROUNDS).run().stretches
     return found
+
+
+def _survey_interrupts(found: Survey, interrupts: Iterable[_Interrupt], surveyor: _Surveyor) -> None:
+    """Plan every way through the subroutines that interrupt, and those that they switch on."""
+    waiting, known = deque(interrupts), set[Hashable]()
+    while waiting:
+        each = waiting.popleft()
+        key = (each.handler, each.rest.key, each.modal)
+        if key not in known:
+            known.add(key)
+            surveyor.enter(each)
+            surveyor.follow_all()
+            waiting += surveyor.interrupts
+            surveyor.interrupts.clear()
+    more = surveyor.found
+    found.handled, found.cut_at = more.stretches, found.cut_at or more.cut_at
+    found.failures += more.failures
+
+
+class _Interrupt(NamedTuple):
+    """A subroutine that interrupts, and a place from which it may have to run."""
+
+    handler: Handler
+    machine: Machine
+    """One that runs its program."""
+    rest: Rest
+    modal: Modal
 
 
 class _Node(NamedTuple):
@@ -108,33 +143,42 @@ class _Surveyor:
         self, program: Program, cell: Cell, planned: dict[Hashable, Forecast], passes: int | None = None
     ) -> None:
         self._cell = cell
-        self._found = Survey()
+        self.interrupts: list[_Interrupt] = []
+        """Where interrupts were switched on."""
+        self.found = Survey()
         self._numbers: dict[Hashable, int] = {}
         self._waiting: deque[_Node] = deque()
         self._planned = planned
         self._cost = 0
-        start = np.asarray(cell.home, dtype=np.float64)
-        rest = Rest(start, AuxiliaryAxes.of(cell).start, 0)
-        sink, world = _List(), Answers(cell, ())
-        self._enter(Machine(program, sink, world, max_cycles=passes), rest, None)
+        self._begin = Machine(program, _List(), Answers(cell, ()), max_cycles=passes)
 
     def run(self) -> Survey:
-        found = self._found
-        refused = self._refused()
+        """Everything from the program's start on, with the robot at home."""
+        home = np.asarray(self._cell.home, dtype=np.float64)
+        refused = self._refused(home)
         if refused is not None:
-            found.failures.append(refused)
-            return found
+            self.found.failures.append(refused)
+            return self.found
+        self._enter(self._begin, Rest(home, AuxiliaryAxes.of(self._cell).start, 0), None)
+        self.follow_all()
+        return self.found
+
+    def enter(self, interrupt: _Interrupt) -> None:
+        """An interrupt begins."""
+        machine, sink, world = interrupt.machine, _List(), Answers(self._cell, ())
+        self._enter(machine.handling(interrupt.handler, sink, world, interrupt.modal), interrupt.rest, None)
+
+    def follow_all(self) -> None:
+        """Follow every way from the nodes that were entered."""
         while self._waiting:
             node = self._waiting.popleft()
             scripts: list[tuple[bool, ...]] = [()]
             while scripts:
                 scripts += self._follow(node, scripts.pop())
-        return found
 
-    def _refused(self) -> MotionError | None:
+    def _refused(self, home: Floats) -> MotionError | None:
         """What keeps the robot from setting out at all."""
         guard = TickGuard(Monitor(self._cell), Trace(lambda event: None, self._cell.tick))
-        home = np.asarray(self._cell.home, dtype=np.float64)
         return refusal(self._cell) or guard.standing(home, 0, 0)
 
     def _follow(self, node: _Node, script: tuple[bool, ...]) -> list[tuple[bool, ...]]:
@@ -144,17 +188,31 @@ class _Surveyor:
         outcome = run_on(machine, world)
         stretch = self._plan(node, sink)
         if stretch is None:
-            self._found.cut_at = self._found.cut_at or machine.line
+            self.found.cut_at = self.found.cut_at or machine.line
             return []
         failure, target = stretch.planned.failure, None
         if failure is None and isinstance(outcome, Failed):
             failure = ExecutionError(outcome.code, outcome.message, outcome.line)
         if failure is not None:
-            self._found.failures.append(failure)
+            self.found.failures.append(failure)
         elif not isinstance(outcome, (Ended, Failed)) and not sink.endless:
             target = self._enter(machine, stretch.planned.end, sink.refused)
-        self._found.stretches.append(stretch._replace(target=target, ends=isinstance(outcome, Ended)))
+        if failure is None:
+            self._note_interrupts(node, sink.calls)
+        self.found.stretches.append(stretch._replace(target=target, ends=isinstance(outcome, Ended)))
         return world.alternatives
+
+    def _note_interrupts(self, node: _Node, calls: Sequence[Call]) -> None:
+        """Where interrupts are switched on between a node and the next; on a belt they wait."""
+        first = {
+            call.handler: k for k, call in reversed(list(enumerate(calls))) if isinstance(call, SwitchOn)
+        }
+        for handler, k in first.items():
+            before = tuple(calls[:k])
+            planned = self._forecast(node.rest, before)
+            if planned is not None and planned.failure is None and planned.end.track is None:
+                modal = _modal_behind(node.machine.modal, before)
+                self.interrupts.append(_Interrupt(handler, node.machine, planned.end, modal))
 
     def _plan(self, node: _Node, sink: _List) -> Stretch | None:
         """The stretch of a list of calls, folded where that shows the same; None if it was one too many."""
@@ -185,11 +243,21 @@ class _Surveyor:
         key = (machine.state, refused, rest.key)
         if key not in self._numbers:
             if len(self._numbers) >= MOST_NODES:
-                self._found.cut_at = self._found.cut_at or machine.line
+                self.found.cut_at = self.found.cut_at or machine.line
                 return None
             number = self._numbers[key] = len(self._numbers)
             self._waiting.append(_Node(number, machine, rest))
         return self._numbers[key]
+
+
+def _modal_behind(modal: Modal, calls: Iterable[Call]) -> Modal:
+    """What holds behind calls that were made where `modal` was in force."""
+    for call in calls:
+        if isinstance(call, Motion):
+            modal = modal._replace(speed=call.speed)
+        elif isinstance(call, SelectTool):
+            modal = modal._replace(tool=call.tool)
+    return modal
 
 
 def _whole(count: int) -> Folded:

@@ -78,6 +78,8 @@ def test_decision_report() -> None:
         Decision(7, ("M5",), True),
         Decision(8, ("M6",), True),
     )
+    watched = decision_report(compile_source(Source("a.via", "ON DI2 SUB A\nA:\nEND\n")).tree)
+    assert watched == (Decision(1, ("DI2",), False, watched=True),)
     cell = CellNames(
         points={1}, tools=(), frames=(), conveyors=(), inputs=range(9), outputs=range(9), joints=6,
         asynchronous={6},

@@ -60,7 +60,10 @@ STATIONS: tuple[dict[str, Any], ...] = tuple(_TABLES["station"])
 
 @dataclass(frozen=True)
 class Run:
-    """A run that is over: its session, the calls its program made in order, and its set points."""
+    """A run that is over: its session, the calls its program made in order, and its set points.
+
+    What subroutines do that interrupt the program is not among the calls.
+    """
 
     session: Session
     calls: tuple[Call, ...]
@@ -80,6 +83,13 @@ class Run:
     def events(self) -> list[tuple[Any, ...]]:
         """As they can be compared: numbers apart."""
         return [(e.tick, e.line, e.kind, dict(e.data)) for e in self.session.events]
+
+    def interrupts(self) -> list[tuple[int, int]]:
+        """Ticks in which subroutines that interrupt began, and in which the robot was back."""
+        told = [
+            e.tick for e in self.session.events if e.kind == "interrupt" and e.data["action"] != "triggered"
+        ]
+        return list(zip(told[::2], told[1::2], strict=True))
 
     def motions(self) -> dict[int, Motion]:
         """By their number in the motion buffer."""
@@ -101,11 +111,11 @@ def run_program(path: Path, example: Example, *, window: int = 1024, max_time: f
         cell, program, scenario=scenario, window=window, max_time=max_time, cycles=example.cycles
     )
     calls: list[Call] = []
-    put = MotionBuffer.put
+    put, own = MotionBuffer.put, session.kernel.dialogue
 
     def recorded(buffer: MotionBuffer, call: Call) -> bool:
         accepted = put(buffer, call)
-        if accepted:
+        if accepted and session.kernel.dialogue is own:
             calls.append(call)
         return accepted
 

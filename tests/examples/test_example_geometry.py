@@ -44,7 +44,8 @@ class Block(NamedTuple):
 
 def corners(run: Run) -> dict[int, Passed]:
     """By the number of the motion before the corner. Motions of no length share the corner behind them."""
-    transitions = {c.transition.tag: c.transition for c in run.session.corners}
+    own = {motion.line for motion in run.motions().values()}
+    transitions = {c.transition.tag: c.transition for c in run.session.corners if c.line in own}
     result = {}
     for tag, transition in transitions.items():
         passed = transition
@@ -55,10 +56,22 @@ def corners(run: Run) -> dict[int, Passed]:
 
 
 def blocks(run: Run) -> Iterator[Block]:
-    """All motions that the run finished."""
+    """All motions of the program that the run finished, without what interrupts them."""
     programmed, passed, before = Programmed(run.cell), corners(run), STOP
     X_base_flange = flange(run.joints)
-    events = [event for event in run.session.events if event.kind == "block"]
+    beside = run.interrupts()
+    own = np.ones(len(run.joints), dtype=bool)
+    for begun, back in beside:
+        own[begun + 1 : back] = False
+    events = [
+        event
+        for event in run.session.events
+        if event.kind == "block"
+        and not any(
+            begun <= event.tick and float(str(event.data["t_end"])) / run.cell.tick < back + 0.5
+            for begun, back in beside
+        )
+    ]
     for event, (number, motion) in zip(events, run.motions().items(), strict=False):
         assert event.line == motion.line
         curve = programmed.motion(motion)
@@ -66,7 +79,8 @@ def blocks(run: Run) -> Iterator[Block]:
         first, last = event.tick, round(float(str(event.data["t_end"])) / run.cell.tick)
         after = passed.get(number, before)
         last -= 0 if after.stop else 1  # the tick that has passed the end lies on what follows
-        tcp = (X_base_flange[first : last + 1] @ X_flange_tool)[:, :3, 3]
+        rows = np.flatnonzero(own[first : last + 1]) + first
+        tcp = (X_base_flange[rows] @ X_flange_tool)[:, :3, 3]
         yield Block(motion, curve, programmed.flange @ X_flange_tool, before, after, tcp)
         before = after
 

@@ -125,6 +125,13 @@ def action(random: Random) -> str:
                 )
             )
             return f"{word} {place} {action}"
+        case Operand.INTERRUPT:
+            behind = random.choice(
+                (f" SUB {random.choice(NAMES)}", " sub LOOP", "", " GOTO LOOP", " SUB a 2")
+            )
+            return f"{word} {condition(random)}{behind}"
+        case Operand.LABEL:
+            return f"{word} {random.choice((*NAMES, '3', ''))}"
         case Operand.VALUE:
             assert domain is not None
             return f"{word}{random.choice(('', ' '))}{number(random, domain)}"

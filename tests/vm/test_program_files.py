@@ -41,6 +41,8 @@ TRK 1
 MS P1
 TRK 0
 WAIT 0.5
+ON DI3 AND NOT AI1 > 2 SUB CUT
+OFF CUT
 END
 CUT: SET DO 1
 M 5
@@ -237,6 +239,22 @@ def test_what_belongs_to_a_motion_stands_before_it() -> None:
     search = ((I.UNTIL, 19, 0, 0), (I.READ_INPUT, 1, 0))
     verify(assemble(*search, (I.HOME, 0, 0), (I.END,), shapes=("",)))
     _bad("E257", assemble(*search, (I.END,)))
+
+
+def test_interrupts_run_subroutines_of_labels() -> None:
+    lost = Label("LOST", 20)
+    on = (I.ON, 19, 0, 20), (I.READ_INPUT, 1, 0)
+    good = (*on, (I.END,), (I.LABEL, 0), (I.END,))
+    verify(assemble(*good, labels=(lost,)))
+    verify(assemble(*on, (I.END,), (I.LABEL, 0), (I.OFF, 20), (I.END,), labels=(lost,)))
+    _bad("E255", assemble((I.ON, 19, 0, 19), *good[1:], labels=(lost,)))  # no label there
+    _bad("E255", assemble((I.ON, 19, 0, 21), *good[1:], labels=(lost,)))  # within an instruction
+    _bad("E257", assemble((I.ON, 13, 0, 20), *good[1:], labels=(lost,)))  # no condition
+    _bad("E255", assemble((I.OFF, 0), (I.END,)))
+    stack = (*on, (I.END,), (I.LABEL, 0), (I.AND,), (I.END,))
+    _bad("E257", assemble(*stack, labels=(lost,)))  # its subroutine is followed too
+    asks = (*on, (I.END,), (I.LABEL, 0), (I.READ_INPUT, 1, 0), (I.JUMP_IF_FALSE, 19), (I.END,))
+    _bad("E257", assemble(*asks, labels=(lost,)))  # nor may it read without its barrier
 
 
 def test_execution_ends() -> None:

@@ -110,7 +110,8 @@ def _belt(row: Row) -> list[str]:
 
 
 def _read(row: Row) -> list[str]:
-    return [str(row["line"]), ", ".join(row["reads"]), "waits for the path" if row["barrier"] else "ahead"]
+    when = "waits for the path" if row["barrier"] else "from there on" if row["watched"] else "ahead"
+    return [str(row["line"]), ", ".join(row["reads"]), when]
 
 
 def _cycle(row: Row) -> str:

@@ -46,16 +46,30 @@ def print_report(session: Session, peaks: Peaks, diagnostics: list[Diagnostic], 
 
 
 def _with_speeds(blocks: list[Event], peaks: Peaks, session: Session) -> list[tuple[Event, float]]:
-    """Each block with the fastest TCP speed of its ticks, m/s."""
+    """Each block with the fastest TCP speed of its ticks, m/s; those of its interrupts are not its own."""
     import numpy as np
 
     speeds = np.concatenate(peaks.speeds)
     tick_s = session.cell.tick
+    beside = _interrupts(session.events)
     result = []
     for block in blocks:
-        last = round(number(block, "t_end") / tick_s)
-        result.append((block, float(speeds[block.tick : max(last, block.tick) + 1].max(initial=0.0))))
+        last = max(round(number(block, "t_end") / tick_s), block.tick)
+        own = speeds[block.tick : last + 1].copy()
+        for begun, back in beside:
+            if block.tick <= begun and back <= last:
+                own[begun + 1 - block.tick : back + 1 - block.tick] = 0.0
+        result.append((block, float(own.max(initial=0.0))))
     return result
+
+
+def _interrupts(events: list[Event]) -> list[tuple[int, int]]:
+    """Ticks in which subroutines that interrupt began, and in which the robot was back."""
+    told: dict[str, list[int]] = {"begun": [], "returned": []}
+    for event in events:
+        if event.kind == "interrupt" and event.data["action"] in told:
+            told[str(event.data["action"])].append(event.tick)
+    return list(zip(told["begun"], told["returned"], strict=False))
 
 
 def statement(lines: list[str], line: int, otherwise: str) -> str:

@@ -22,6 +22,7 @@ def start_data(start: LineStart) -> dict[str, Any]:
         "tool": start.tool,
         "speed": None if start.speed is None else _speed(start.speed),
         "tangent_deg": None if start.tangent is None else start.tangent.offset,
+        "interrupts": [{"line": each.line, "label": each.handler.label} for each in start.interrupts],
         "counters": dict(start.counters),
         "assumed": [_row(each.line, each.what, each.value) for each in start.assumed],
         "not_switched": [_row(each.line, f"DO{each.index}", each.value) for each in start.skipped],
@@ -55,6 +56,8 @@ def _rows(start: LineStart) -> Iterator[tuple[str, str]]:
     speed = "none programmed" if start.speed is None else _speed(start.speed)
     tangent = "off" if start.tangent is None else f"on, {start.tangent.offset:g} deg"
     yield "restored", f"tool T{start.tool}, speed {speed}, TANG {tangent}"
+    for each in start.interrupts:
+        yield "", f"ON {each} of line {each.line}"
     for label, runs in start.counters:
         yield "", f"loop {label}: run {runs}"
     for read in start.assumed:

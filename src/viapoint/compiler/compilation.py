@@ -22,7 +22,7 @@ _DECLARED = re.compile(rf"\s*({NAME})\s*:")
 _BLOCK_CODES = frozenset({"E205", "E206", "E207", "E208"})
 """Errors that one refused line of a block may cause elsewhere."""
 
-_LABEL_CODES = frozenset({"E201", "E202", "E203", "E204"})
+_LABEL_CODES = frozenset({"E201", "E202", "E203", "E204", "E214"})
 """Errors with which, as with those of blocks, the course is not known: lint of it would mislead."""
 
 

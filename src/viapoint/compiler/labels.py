@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from viapoint.compiler.blocks import Blocks
 from viapoint.compiler.findings import Findings
 from viapoint.language.suggestions import did_you_mean
-from viapoint.language.tree import Goto, Label, Sub, WaitFor, name_key, statement_span
+from viapoint.language.tree import Goto, Label, Off, On, Sub, WaitFor, name_key, statement_span
 from viapoint.vm.instructions import SIZES, Instruction
 
 COMPARISONS = 20_000
@@ -31,10 +31,14 @@ class Definition:
     counted: Goto | None = None  # the first counted GOTO back to it
 
 
-class Reference(NamedTuple):
-    """A GOTO or SUB whose label may come later: where the operand stands that gets the address."""
+Referring: TypeAlias = Goto | Sub | WaitFor | On | Off
+"""Statements that name a label."""
 
-    statement: Goto | Sub | WaitFor
+
+class Reference(NamedTuple):
+    """A statement whose label may come later: where the operand stands that gets the address."""
+
+    statement: Referring
     block: int
     operand: int
 
@@ -76,8 +80,8 @@ class Labels:
         """The label, if it stands above."""
         return self.defined.get(name_key(name))
 
-    def refer(self, statement: Goto | Sub | WaitFor, operand: int) -> None:
-        """`statement` jumps to its label; `operand` is where the address goes at the end."""
+    def refer(self, statement: Referring, operand: int) -> None:
+        """`statement` names its label; `operand` is where the address goes at the end."""
         self._references.append(Reference(statement, self._blocks.current, operand))
 
     def resolve(self, patch: Callable[[int, int], None], excused: frozenset[str]) -> None:
@@ -93,9 +97,9 @@ class Labels:
                     self._unknown(reference)
                 continue
             self._check(reference, definition)
-            if isinstance(statement, Sub):
+            if isinstance(statement, Sub | On):
                 definition.called = True
-            else:
+            elif not isinstance(statement, Off):
                 definition.jumped_to = True
             counted = isinstance(statement, Goto) and statement.times is not None
             patch(reference.operand, definition.address + (SIZES[Instruction.LABEL] if counted else 0))

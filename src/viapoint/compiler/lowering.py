@@ -17,6 +17,7 @@ from viapoint.compiler.cell_names import CellNames
 from viapoint.compiler.conditions import ConditionLowering
 from viapoint.compiler.findings import Findings
 from viapoint.compiler.flow import Flow, MotionTraits, loop_without_motion
+from viapoint.compiler.handlers import check_handlers
 from viapoint.compiler.labels import Labels
 from viapoint.compiler.names import Names
 from viapoint.compiler.places import span_map
@@ -34,6 +35,8 @@ _JUMP_TARGET = operand_offset(_I.JUMP, Op.TARGET)
 _BRANCH_TARGET = operand_offset(_I.JUMP_IF_FALSE, Op.TARGET)
 _REPEAT_TARGET = operand_offset(_I.REPEAT, Op.TARGET)
 _CALL_TARGET = operand_offset(_I.CALL, Op.TARGET)
+_ON_HANDLER = operand_offset(_I.ON, Op.HANDLER)
+_OFF_HANDLER = operand_offset(_I.OFF, Op.HANDLER)
 _SPEEDS = frozenset({"F", "FC", "FA"})
 
 
@@ -87,6 +90,8 @@ class Lowering(ActionLowering):
             tree.EndIf: self._end_if,
             tree.Goto: self._goto,
             tree.Sub: self._sub,
+            tree.On: self._on,
+            tree.Off: self._off,
             tree.End: self._end,
             tree.Label: self._label,
         }
@@ -114,6 +119,7 @@ class Lowering(ActionLowering):
         """Resolve the labels and say what can only be said at the end."""
         self.labels.resolve(self._patch, excused)
         self.labels.lint()
+        check_handlers(self._tree.statements, self.labels.defined, self._findings)
         self._flow.finish(self.labels.first_called)
 
     def program(self) -> Program:
@@ -345,6 +351,20 @@ class Lowering(ActionLowering):
         self.labels.refer(statement, len(self._code) + _CALL_TARGET)
         self._emit(_I.CALL, 0, 1 if statement.times is None else statement.times)
         self._flow.call()
+
+    def _on(self, statement: tree.On) -> None:
+        condition = self._names.condition(statement.condition, statement.start)
+        lowered = self._conditions.lower(condition)
+        self.labels.refer(statement, len(self._code) + _ON_HANDLER)
+        behind = len(self._code) + SIZES[_I.ON] + len(lowered.code)
+        self._emit(_I.ON, behind, self._text(lowered.text), 0)
+        self._code += lowered.code
+        if self._cell:
+            self._cell.condition(lowered.reads, statement.start)
+
+    def _off(self, statement: tree.Off) -> None:
+        self.labels.refer(statement, len(self._code) + _OFF_HANDLER)
+        self._emit(_I.OFF, 0)
 
     def _end(self, statement: tree.End) -> None:
         self._emit(_I.END)

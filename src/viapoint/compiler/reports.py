@@ -12,11 +12,15 @@ from viapoint.language import tree
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """One place: its line, what is read there in order (DI3, $count), and whether the path stops for it."""
+    """One place: its line, what is read there in order (DI3, $count), and whether the path stops for it.
+
+    What is `watched` is looked at from there on, in every tick.
+    """
 
     line: int
     reads: tuple[str, ...]
     barrier: bool
+    watched: bool = False
 
 
 def decision_report(program: tree.Program, cell: CellNames | None = None) -> tuple[Decision, ...]:
@@ -27,7 +31,7 @@ def decision_report(program: tree.Program, cell: CellNames | None = None) -> tup
     asynchronous = cell.asynchronous if cell is not None else ()
     found = []
     for statement in program.statements:
-        barrier = True
+        barrier, watched = True, False
         match statement:
             case tree.If(condition=condition, ahead=ahead) | tree.ElseIf(condition=condition, ahead=ahead):
                 reads, barrier = _reads(condition), not ahead
@@ -35,6 +39,8 @@ def decision_report(program: tree.Program, cell: CellNames | None = None) -> tup
                 reads = _reads(condition)
             case tree.Let(value=value) | tree.Inc(by=value):
                 reads = _reads(value)
+            case tree.On(condition=condition):
+                reads, barrier, watched = _reads(condition), False, True
             case tree.Motion() if cell is not None:
                 reads = live_places(statement, cell)
             case tree.WaitInput(input=index):
@@ -44,7 +50,7 @@ def decision_report(program: tree.Program, cell: CellNames | None = None) -> tup
             case _:
                 continue
         if reads:
-            found.append(Decision(statement.line, reads, barrier))
+            found.append(Decision(statement.line, reads, barrier, watched))
     return tuple(found)
 
 

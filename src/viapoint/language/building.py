@@ -77,6 +77,12 @@ def build_action(operands: Operands, place: Place, text: str) -> tree.Statement:
             return _variable(command, operands, place)
         case Operand.PLACE:
             return _placed(command, operands, place, text)
+        case Operand.INTERRUPT:
+            watched = shift(as_condition(operands.parts[0]), place.after)
+            _require_outside(watched, place.after, command.word)
+            return tree.On(*at, watched, _label(operands))
+        case Operand.LABEL:
+            return tree.Off(*at, _label(operands))
         case _:
             assert_never(command.operand)
 

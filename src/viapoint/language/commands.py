@@ -186,6 +186,8 @@ class Operand(Enum):
     LET = "a variable, = and its value"
     INC = "a variable, and the number to add"
     PLACE = "a place and an action"
+    INTERRUPT = "a condition, then SUB and a label"
+    LABEL = "a label"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -330,6 +332,19 @@ ACTIONS: Final = (
     _bare("ENDIF", "end of the branches"),
     _jump("GOTO", "jump to a label; with a count, run the body that many times in all"),
     _jump("SUB", "run the subroutine at a label, with a count that many times"),
+    ActionCommand(
+        words=("ON",),
+        doc="from here on, when a condition turns true: stop on the path, run the subroutine at a label, "
+        "come back, go on",
+        operand=Operand.INTERRUPT,
+        example="ON DI3 SUB LOST",
+    ),
+    ActionCommand(
+        words=("OFF",),
+        doc="from here on, the subroutine at a label interrupts no longer",
+        operand=Operand.LABEL,
+        example="OFF LOST",
+    ),
     _bare("END", "end of the program, or return from a subroutine"),
 )
 
@@ -353,7 +368,7 @@ SIGNALS: Final = SWITCHES | LEVELS
 
 
 LATER_STATEMENTS: Final = _words(
-    "DIM WHILE ENDWHILE FOR ENDFOR BREAK CONTINUE GLOBAL USE ON OFF RETRY RESUME STOP ABORT PRINT"
+    "DIM WHILE ENDWHILE FOR ENDFOR BREAK CONTINUE GLOBAL USE RETRY RESUME STOP ABORT PRINT"
 )
 """First words of statements that the language reserves and this version does not run."""
 

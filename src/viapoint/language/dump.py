@@ -38,6 +38,11 @@ def _statement(program: tree.Program, statement: tree.Statement, base: int) -> s
             limit = "" if statement.timeout is None else f" timeout {statement.timeout!r}"
             otherwise = "" if statement.label is None else f" else {statement.label}"
             return f"{name} {condition(statement.condition, statement.start - base + 1)}{limit}{otherwise}"
+        case tree.On():
+            watched = condition(statement.condition, statement.start - base + 1)
+            return f"{name} {watched} sub {statement.label}"
+        case tree.Off():
+            return f"{name} {statement.label}"
         case tree.Until():
             kept = "" if statement.capture is None else f" capture P{statement.capture}"
             return f"{name} {condition(statement.condition, statement.start - base + 1)}{kept}"

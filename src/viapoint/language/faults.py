@@ -157,6 +157,8 @@ def name_for_number(word: str, start: int, end: int, hint: str | None = None) ->
     """The fault of a name where a value has to stand."""
     if word.upper() in LATER_WORDS or word.startswith("$"):
         return later(word, start, end)
+    if word.upper() in FIRST_WORDS:
+        return Fault("E112", f"unexpected `{word}`", start, end, "a number is expected")
     message = f"`{word}` is a name; naming values {LATER}"
     return Fault("E118", message, start, end, hint or "write the number itself")
 
@@ -178,6 +180,10 @@ def action_fault(word: str, text: str, error: Unexpected) -> Fault:
             return expression_fault(text, error.at)
         case "GOTO" | "SUB":
             return _jump_fault(word, text, error.at)
+        case "ON":
+            return _interrupt_fault(text, error.at)
+        case "OFF":
+            return _label_fault(word, text, error.at)
         case "SET" | "RESET" | "PULSE":
             return _output_fault(word, text, error.at)
         case "WAIT":
@@ -210,6 +216,40 @@ def _bare_fault(word: str, text: str) -> Fault:
     if word == "ELSE" and _SIGNAL.match(first):
         hint = "a branch with a condition is `ELSEIF`"
     return Fault("E112", f"unexpected `{text[start:end]}` after `{word}`", start, end, hint)
+
+
+def _interrupt_fault(text: str, at: int) -> Fault:
+    example = f"for instance `{ACTION_BY_WORD['ON'].example}`"
+    if not text.strip():
+        return nothing_there(text, "a condition", example)
+    sub = re.search(r"\bSUB\b", text, re.IGNORECASE)
+    if sub is None:
+        if at >= len(text.rstrip()):
+            return nothing_there(text, "`SUB` and a label", example)
+        if (other := re.search(r"\b(GOTO|THEN|CALL)\b", text, re.IGNORECASE)) is not None:
+            hint = f"an interrupt runs a subroutine, {example}"
+            return Fault("E112", f"unexpected `{other[0]}`", other.start(), other.end(), hint)
+        return expression_fault(text, at, "a condition", example)
+    if not text[: sub.start()].strip():
+        message = f"`{sub[0]}` stands where a condition is expected"
+        return Fault("E113", message, sub.start(), sub.end(), example)
+    if at < sub.end():
+        return expression_fault(text[: sub.start()], min(at, sub.start()), "a condition", example)
+    rest, by = text[sub.end() :], sub.end()
+    if not rest.strip():
+        return nothing_there(text, "a label", example)
+    inner = _label_fault("SUB", rest, at - by)
+    return Fault(inner.code, inner.message, inner.start + by, inner.end + by, inner.hint)
+
+
+def _label_fault(word: str, text: str, at: int) -> Fault:
+    """Of a word that takes a label and nothing else."""
+    found, start, end = _at_word(text, at)
+    if at > 0 and text[:at].strip() and found:
+        what = "a repeat count" if found[0].isdigit() else f"`{found}`"
+        hint = "the subroutine runs once each time" if found[0].isdigit() else "one statement per line"
+        return Fault("E112", f"unexpected {what} after the label", start, end, hint)
+    return _jump_fault(word, text, at)
 
 
 def _jump_fault(word: str, text: str, at: int) -> Fault:

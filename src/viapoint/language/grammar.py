@@ -371,10 +371,10 @@ def missing_blank(start: int, end: int) -> Fault:
 
 
 def _operands(command: str, children: list[Any]) -> Operands:
-    label = next((child for child in children if isinstance(child, str)), None)
+    label: Any = next((child for child in children if isinstance(child, str)), None)
     parts = tuple(child for child in children if isinstance(child, Part))
-    if label is not None and command in ("SET", "RESET", "PULSE") and label.upper() not in ("DO", "AO"):
-        _free(label)  # type: ignore[arg-type]
+    if label is not None and command in ("SET", "RESET", "PULSE") and label.type == "NAME":
+        _free(label)
     given = next((child for child in children if isinstance(child, Given)), None)
     action = next((child for child in children if isinstance(child, Operands)), None)
-    return Operands(command, label, parts, given, action)  # type: ignore[arg-type]
+    return Operands(command, label, parts, given, action)

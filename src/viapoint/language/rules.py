@@ -36,6 +36,8 @@ _OPERAND_RULES: Final = {
     Operand.LET: ("WRITTEN _EQUALS disjunction",),
     Operand.INC: ("WRITTEN disjunction?",),
     Operand.PLACE: ("ORIGIN value placed", "value PERCENT placed"),
+    Operand.INTERRUPT: ("disjunction _SUB NAME",),
+    Operand.LABEL: ("NAME",),
 }
 
 _KEYWORDS: Final = {
@@ -52,6 +54,7 @@ _KEYWORDS: Final = {
     "ORIGIN": "[DS](?=[-+.0-9(])",
     "_TIMEOUT": "TIMEOUT(?![A-Za-z_])",
     "_GOTO": "GOTO(?![A-Za-z0-9_])",
+    "_SUB": "SUB(?![A-Za-z0-9_])",
     "_SET": "SET(?![A-Za-z0-9_])",
     "_RESET": "RESET(?![A-Za-z0-9_])",
     "_PULSE": "PULSE(?![A-Za-z0-9_])",

@@ -350,6 +350,25 @@ class Sub(NamedTuple):
     times: int | None
 
 
+class On(NamedTuple):
+    """ON c SUB L."""
+
+    line: int
+    start: int
+    end: int
+    condition: Condition
+    label: str
+
+
+class Off(NamedTuple):
+    """OFF L."""
+
+    line: int
+    start: int
+    end: int
+    label: str
+
+
 class End(NamedTuple):
     """END."""
 
@@ -390,6 +409,8 @@ Statement: TypeAlias = (
     | EndIf
     | Goto
     | Sub
+    | On
+    | Off
     | End
     | Label
 )
@@ -413,6 +434,6 @@ def name_key(name: str) -> str:
     return name.upper()
 
 
-def condition_span(statement: If | ElseIf | WaitFor, node: Value) -> Span:
+def condition_span(statement: If | ElseIf | WaitFor | On, node: Value) -> Span:
     """Absolute place of a node of `statement`'s condition."""
     return Span(statement.start + node.start, statement.start + node.end)

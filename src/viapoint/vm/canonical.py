@@ -31,6 +31,8 @@ from viapoint.vm.ports import (
     SetLevel,
     SetOutput,
     SetVariable,
+    SwitchOff,
+    SwitchOn,
     Tangent,
     Target,
     Track,
@@ -97,6 +99,10 @@ def _text(call: Call) -> str:
             return f"TRACK {call.conveyor}"
         case Tangent():
             return f"TANGENT {'on' if call.on else 'off'} {call.offset:.3f}"
+        case SwitchOn():
+            return f"ON {call}"
+        case SwitchOff():
+            return f"OFF {call.handler.label}"
         case Barrier():
             return f"BARRIER {call.reason}"
         case End():

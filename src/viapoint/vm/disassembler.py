@@ -63,7 +63,7 @@ def _operand(program: Program, kind: Operand, value: int) -> str:
             return f"${program.texts[value]}"
         case Operand.LABEL:
             return program.labels[value].name
-        case Operand.TARGET:
+        case Operand.TARGET | Operand.HANDLER:
             return f"line {program.line_at(value)}"
         case _:
             return ""

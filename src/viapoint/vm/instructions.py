@@ -33,6 +33,7 @@ class Operand(Enum):
     TOOL = ("tool", "I", "tool, 0: none")
     CONVEYOR = ("conveyor", "I", "conveyor, 0: none")
     FLAG = ("flag", "B", "0 or 1")
+    HANDLER = ("handler", "I", "address of the label of a subroutine that interrupts")
     ORIGIN = (
         "origin",
         "B",
@@ -153,6 +154,15 @@ class Instruction(Enum):
     )  # fmt: skip
     INCREMENT = _row(
         0x2C, "INC: the number is added to the variable.", _O.VARIABLE, pops="N", place=_LEAVES
+    )  # fmt: skip
+
+    ON = _row(
+        0x2D, "ON: from here on the subroutine of the label runs when the condition from here to the target "
+        "turns true.",
+        _O.TARGET, _O.TEXT, _O.HANDLER, place=_LEAVES, falls_through=False,
+    )  # fmt: skip
+    OFF = _row(
+        0x2E, "OFF: from here on the subroutine of the label interrupts no longer.", _O.HANDLER, place=_LEAVES
     )  # fmt: skip
 
     BARRIER = _row(

@@ -27,6 +27,7 @@ from viapoint.vm.ports import (
     End,
     Ended,
     Failed,
+    Handler,
     Modal,
     Motion,
     MotionPort,
@@ -37,6 +38,8 @@ from viapoint.vm.ports import (
     SelectTool,
     SetVariable,
     Suspension,
+    SwitchOff,
+    SwitchOn,
     WorldPort,
     Write,
 )
@@ -122,6 +125,14 @@ class Machine:
         twin = copy.deepcopy(self, {id(one): one for one in shared})
         twin._motion, twin._world, twin.until = motion, world, until
         return twin
+
+    def handling(self, handler: Handler, motion: MotionPort, world: WorldPort, modal: Modal) -> Machine:
+        """A machine that runs a handler to the end of its subroutine, where that is in force."""
+        machine = Machine(self._program, motion, world, modal=modal)
+        machine._steps = self._steps
+        machine._address = machine._frames[0].entry = handler.address
+        machine._line = self._program.line_at(handler.address)
+        return machine
 
     @property
     def counters(self) -> tuple[tuple[str, int], ...]:
@@ -338,6 +349,19 @@ class Machine:
         self._tool = step.operands[0]
         return SelectTool(line=step.line, tool=self._tool)
 
+    def _on(self, step: Step) -> Call:
+        target, _, address = step.operands
+        assert step.condition is not None
+        self._address = target
+        return SwitchOn(line=step.line, condition=step.condition, handler=self._handler(address))
+
+    def _off(self, step: Step) -> Call:
+        return SwitchOff(line=step.line, handler=self._handler(step.operands[0]))
+
+    def _handler(self, address: int) -> Handler:
+        label = self._steps.at(address).operands[0]
+        return Handler(self._program.labels[label].name, address)
+
     def _await_input(self, step: Step) -> AwaitInput | None:
         index = step.operands[0]
         if self._world.read(Reading("DI", index), line=step.line, ahead=False):
@@ -413,6 +437,8 @@ HANDLERS: dict[Instruction, _Handler] = {
     **dict.fromkeys(CALLS, Machine._make_call),
     Instruction.AT: Machine._at,
     Instruction.UNTIL: Machine._until,
+    Instruction.ON: Machine._on,
+    Instruction.OFF: Machine._off,
     Instruction.READ_FOUND: Machine._read_found,
     Instruction.SELECT_TOOL: Machine._select_tool,
     Instruction.AWAIT_INPUT: Machine._await_input,

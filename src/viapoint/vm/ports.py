@@ -214,6 +214,35 @@ class Barrier:
     reason: str  # the statement that reads, as the user would name it: "IF DI3", "WAIT DI 2", "M 5"
 
 
+@dataclass(frozen=True, slots=True)
+class Handler:
+    """A subroutine that interrupts: its label, and the address at which it begins."""
+
+    label: str
+    address: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SwitchOn:
+    """ON c SUB L: from here on the handler runs when the condition turns true."""
+
+    line: int
+    condition: Condition
+    handler: Handler
+
+    def __str__(self) -> str:
+        """As a program writes it."""
+        return f"{self.condition.text} SUB {self.handler.label}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SwitchOff:
+    """OFF L: from here on the handler does not."""
+
+    line: int
+    handler: Handler
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class End:
     """The program is over here; nothing follows."""
@@ -224,7 +253,7 @@ class End:
 Write = SetOutput | SetLevel | SetVariable | Pulse
 """What changes a signal or a variable where the path gets to its place."""
 
-Call = Motion | Write | SelectTool | Dwell | RaiseM | Track | Tangent | Barrier | End
+Call = Motion | Write | SelectTool | Dwell | RaiseM | Track | Tangent | SwitchOn | SwitchOff | Barrier | End
 
 
 class MotionPort(Protocol):

@@ -12,7 +12,7 @@ from viapoint.vm.shapes import MotionWords, motion_words, parse_shape
 KEPT_STEPS = 20_000
 """Prepared instructions kept for the next pass: any loop's worth, some 10 MB; then they start afresh."""
 
-_WAITS = frozenset({Instruction.AWAIT, Instruction.AWAIT_FOR, Instruction.UNTIL})
+_WAITS = frozenset({Instruction.AWAIT, Instruction.AWAIT_FOR, Instruction.UNTIL, Instruction.ON})
 
 
 class Step(NamedTuple):

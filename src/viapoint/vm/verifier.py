@@ -94,7 +94,7 @@ def _check_labels(program: Program, by_address: dict[int, Decoded]) -> None:
 def _check_operands(program: Program, one: Decoded, by_address: dict[int, Decoded]) -> None:
     for kind, value in zip(one.instruction.spec.operands, one.operands, strict=True):
         if not _in_range(program, kind, value, by_address):
-            code = "E255" if kind in (Operand.TARGET, Operand.LABEL) else "E256"
+            code = "E255" if kind in (Operand.TARGET, Operand.LABEL, Operand.HANDLER) else "E256"
             raise ProgramFileError(code, _at(one, f"{kind.word} {value} is out of range"))
     if one.instruction in MOTIONS:
         _check_motion(program, one)
@@ -105,7 +105,7 @@ def _check_operands(program: Program, one: Decoded, by_address: dict[int, Decode
             raise ProgramFileError("E255", _at(one, "a label stands in two places"))
     elif one.instruction is Instruction.REPEAT:
         _check_repeat(program, one)
-    if one.instruction in (Instruction.AWAIT, Instruction.AWAIT_FOR, Instruction.UNTIL):
+    if one.instruction in (Instruction.AWAIT, Instruction.AWAIT_FOR, Instruction.UNTIL, Instruction.ON):
         _check_condition(program, one)
         target = by_address[one.operand(Operand.TARGET)]
         if one.instruction is Instruction.UNTIL and target.instruction not in MOTIONS:
@@ -132,6 +132,9 @@ def _in_range(program: Program, kind: Operand, value: int, by_address: dict[int,
             return value < len(program.labels)
         case Operand.TARGET:
             return value in by_address
+        case Operand.HANDLER:
+            label = by_address.get(value)
+            return label is not None and label.instruction is Instruction.LABEL
         case Operand.COUNT:
             return 1 <= value <= MAX_TIMES
         case Operand.INPUT | Operand.OUTPUT | Operand.M | Operand.TOOL | Operand.CONVEYOR:
@@ -211,7 +214,7 @@ def _follow(decoded: list[Decoded], by_address: dict[int, Decoded]) -> None:
 
 def _successors(one: Decoded) -> list[int]:
     spec = one.instruction.spec
-    found = [one.operand(Operand.TARGET)] if Operand.TARGET in spec.operands else []
+    found = [one.operand(kind) for kind in (Operand.TARGET, Operand.HANDLER) if kind in spec.operands]
     if spec.falls_through:
         found.append(one.following)
     return found

@@ -83,6 +83,7 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         digital_outputs in the cell. A program that was compiled without this cell, or for another one, is
         checked against the cell only when it runs.""",
         Example(program="WAIT DI 99\n", cell=_ROBOT),
+        Example(program="ON DI99 SUB LOST\nML X=1700 F100\nEND\nLOST:\nSET DO1\nEND\n", cell=_ROBOT),
         Example(program="IF NOT DO99\nML X=1700 F100\nENDIF\n", cell=_ROBOT),
     ),
     entry(

@@ -111,6 +111,22 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         ),
     ),
     entry(
+        "E214",
+        "jump out of a subroutine that interrupts",
+        """A subroutine that an ON names runs while the program stands somewhere on its path, and the program
+        goes on from there afterwards. It has to come to its END: a GOTO, or the GOTO of a WAIT, that leads
+        out of it would leave that place behind for ever. Set an output in it, or an M flag, and let the
+        program ask for that where it can act on it.""",
+        "HOME F50\nON DI1 SUB LOST\nML X=1700 F100\nAGAIN:\nML X=1600\nEND\nLOST:\nGOTO AGAIN\nEND\n",
+    ),
+    entry(
+        "E215",
+        "conveyor in a subroutine that interrupts",
+        """A subroutine that an ON names begins and ends where the robot has stopped on its path. It cannot
+        couple to a belt, or leave one. On a belt interrupts wait until the robot has left it.""",
+        "ON DI1 SUB LOST\nML X=1700 F100\nEND\nLOST:\nTRK 1\nML X=1600\nTRK 0\nEND\n",
+    ),
+    entry(
         "E220",
         "undefined point",
         "The cell file has no such point. Teach it, add it under [points], or correct the index.",

@@ -66,6 +66,13 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "A:\nML P1 F100\nGOTO A 2\nGOTO A 3\n",
     ),
     entry(
+        "W509",
+        "OFF without its ON",
+        """OFF names a subroutine that no ON lets interrupt, so it does nothing. The label may be meant to be
+        another one.""",
+        "ML X=1700 F100\nOFF LOST\nSUB LOST\nEND\nLOST:\nSET DO1\nEND\n",
+    ),
+    entry(
         "I601",
         "not every way was planned",
         """`check` follows both answers of every read, and plans on from every place the robot may then be in.

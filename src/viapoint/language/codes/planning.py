@@ -170,6 +170,19 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "AT D200 SET DO1\nML X=1700 F100\n",
     ),
     entry(
+        "E322",
+        "conveyor in an interrupt",
+        """A subroutine that interrupts the program calls another one that follows a conveyor, or leaves
+        one. It begins and ends where the robot has stopped on its path, and cannot couple to a belt. Follow
+        the conveyor in the program itself.""",
+        Example(
+            program="ON DI1 SUB LOST\nWAIT 1\nEND\nLOST:\nSUB FETCH\nEND\n"
+            "FETCH:\nTRK 1\nML Y=100 F100\nTRK 0\nEND\n",
+            cell=f"{_ROBOT}[[conveyors]]\nindex = 1\ncounts_per_mm = 100\n",
+            scenario="[[at]]\nt_s = 0.5\nset = { DI1 = true }\n",
+        ),
+    ),
+    entry(
         "E330",
         "path through a forbidden zone",
         """Somewhere on the motion a link of the robot, or its tool, would be in a forbidden zone of the cell.

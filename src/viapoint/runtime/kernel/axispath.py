@@ -41,6 +41,8 @@ class AxisPath:
         self.n = len(q_start)
         self.driven = self.n + len(auxiliary)
         self.length = 0.0
+        self.beside: Floats = np.zeros(4)
+        """What the last four columns have beside this path: of other paths that were travelled before."""
         self.inspect: Callable[[Stretch, Floats, Floats], None] | None = None
         """Told of every stretch before it is path, with its cells' widths and coefficients; may refuse it."""
         self._joiner = Joiner(robot, auxiliary)
@@ -131,7 +133,7 @@ class AxisPath:
 
     def hold(self, s: float) -> None:
         """What lies behind s is not travelled: the path goes on from the place s, behind its present end."""
-        place = self.everything(np.array([s]))
+        place = self._cells.evaluate(np.array([s]))[0]
         coeffs = np.zeros((1, chebyshev.DEGREE + 1, place.shape[1]))
         coeffs[0, 0] = place[0]
         self._cells.append(np.array([self.length]), np.array([_STANDING]), coeffs)
@@ -154,8 +156,20 @@ class AxisPath:
     def everything(self, s: Floats) -> Floats:
         """All columns (N, n + k + 4) at s (N,): what the generator sends and reports."""
         if self.length == 0.0:  # no path yet: the robot stands
-            return np.tile(self._last, (len(s), 1))
-        return self._cells.evaluate(s)[0]
+            columns = np.tile(self._last, (len(s), 1))
+        else:
+            columns = self._cells.evaluate(s)[0]
+        if self.beside.any():
+            columns[:, -4:] += self.beside
+        return columns
+
+    def standing(self, s: float) -> Floats:
+        """All columns (n + k + 4,) where the path stands at s, as what comes next begins."""
+        if s < self.length:
+            return np.asarray(self.everything(np.array([s]))[0])
+        columns = self._last.copy()
+        columns[-4:] += self.beside
+        return columns
 
     def rates(self, s: Floats) -> Floats:
         """TCP length and angle per path parameter, (N, 2)."""

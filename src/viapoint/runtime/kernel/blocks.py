@@ -23,12 +23,16 @@ _MOST_WITHOUT_TIME: Final = 1000
 
 
 class _Begin(NamedTuple):
-    """Where a block begins: tick, TCP length travelled (m), s of the route, number of its entry."""
+    """Where a block begins: tick, TCP length travelled (m), s of the route, number of its entry.
+
+    `beside` is how far the TCP has travelled beside the path since, m.
+    """
 
     tick: int
     travelled: float
     s: float
     number: int
+    beside: float = 0.0
 
 
 class Blocks:
@@ -40,7 +44,7 @@ class Blocks:
         self._trace = trace
         self.paced: Callable[[Event], None] | None = None
         """Told of the pace of every block, for drawings: how fast it was asked to be, what held it back."""
-        self._begin = _Begin(0, 0.0, 0.0, -1)
+        self._begin = _Begin(trace.tick, route.travelled(0.0), 0.0, -1)
         self._finished = 0  # since the route was last forgotten
         self._kept = self._begin  # from where the route is kept the next time
         self._without_time = (0, 0)  # tick of the last motion, and how many ended in it
@@ -48,12 +52,16 @@ class Blocks:
     @property
     def begin(self) -> Begin:
         """Where the motion in execution begins, or the next one."""
-        return Begin(self._begin.tick, self._begin.s, self._begin.travelled)
+        return Begin(self._begin.tick, self._begin.s, self.begun)
 
     @property
     def begun(self) -> float:
-        """TCP length travelled where the present block began, m."""
-        return self._begin.travelled
+        """TCP length travelled where the present block began, and beside the path since, m."""
+        return self._begin.travelled + self._begin.beside
+
+    def shift(self, travelled: float) -> None:
+        """The TCP has travelled so far beside the path, m, within the block that is under way."""
+        self._begin = self._begin._replace(beside=self._begin.beside + travelled)
 
     def set_out(self, number: int) -> None:
         """From rest into the motion of entry `number`, or on within it."""
@@ -72,7 +80,7 @@ class Blocks:
             tick=begin.tick,
             t_end=self._trace.time,
             command=motion.kind.value,
-            length_mm=(travelled - begin.travelled) / MM,
+            length_mm=(travelled - begin.travelled - begin.beside) / MM,
             s0_mm=begin.travelled / MM,
             limited_by=self._mover.limited_by(begin.tick, tick),
         )

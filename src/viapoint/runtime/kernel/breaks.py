@@ -76,6 +76,11 @@ class Breaks:
         self.step(0)
         self._until = min(self._route.place_after(s + HERE), frontier)
 
+    @property
+    def steps(self) -> bool:
+        """Whether a step is being made."""
+        return self._step is not None
+
     def run_on(self) -> None:
         """Go on from a halt, to the next breakpoint."""
         self._passed = self._buffer.generator

@@ -43,6 +43,16 @@ class Company(Commands):
         """Row of the next ticks, whose places are s (N,), in which something happens; None: in none."""
 
     @property
+    @abstractmethod
+    def _may_be_interrupted(self) -> bool:
+        """Whether an interrupt may still come about while the robot waits."""
+
+    @property
+    @abstractmethod
+    def _frontier_pause(self) -> float | None:
+        """On the way back to where the program was left, that place, if an interrupt waits there."""
+
+    @property
     def statements(self) -> int:
         """Statements executed so far, by the robot."""
         return self.execution.statements
@@ -71,7 +81,7 @@ class Company(Commands):
     def stuck(self) -> MotionError | None:
         """What the robot waits for, if nothing scheduled and nothing it does itself can ever bring it."""
         entry = self.execution.front
-        if self.execution.pulses.next_end is not None:
+        if self.execution.pulses.next_end is not None or self._may_be_interrupted:
             return None
         if self.state is State.WAITING:
             return self._kept_out() or self.dialogue.in_vain()
@@ -177,6 +187,8 @@ class Company(Commands):
     def _next_pause(self, s: float, direction: float) -> float | None:
         """The next place from s on at which the path is to be at rest, forward or back."""
         places = [self.breaks.next_place(s, direction)]
+        if direction > 0.0:
+            places.append(self._frontier_pause)
         if self.access is not None:
             places.append(self.access.next_place(s, direction))
         known = [place for place in places if place is not None]

@@ -26,8 +26,12 @@ from viapoint.vm.ports import (
     Call,
     Ended,
     Failed,
+    Handler,
+    Modal,
+    MotionPort,
     RaiseM,
     Suspension,
+    WorldPort,
 )
 
 
@@ -38,7 +42,12 @@ class Interpreter(Protocol):
     def line(self) -> int: ...
     @property
     def state(self) -> Hashable: ...
+    @property
+    def modal(self) -> Modal: ...
     def run(self) -> Suspension: ...
+    def handling(
+        self, handler: Handler, motion: MotionPort, world: WorldPort, modal: Modal
+    ) -> Interpreter: ...
 
 
 class _Answered(NamedTuple):
@@ -85,6 +94,11 @@ class Dialogue:
         self._interpreter = interpreter
         self._suspension = None
         self._answered.clear()
+
+    def handling(self, handler: Handler, ports: Dialogue, modal: Modal) -> Interpreter:
+        """An interpreter of the same program that runs a handler on other ports, where that is in force."""
+        assert self._interpreter is not None, "an interrupt is a program's"
+        return self._interpreter.handling(handler, ports, ports, modal)
 
     @property
     def line(self) -> int:

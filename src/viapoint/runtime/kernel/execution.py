@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import assert_never
 
@@ -10,6 +11,7 @@ from viapoint.runtime.kernel.blocks import Blocks
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
 from viapoint.runtime.kernel.dialogue import Dialogue
 from viapoint.runtime.kernel.failure import ExecutionError
+from viapoint.runtime.kernel.interrupts import Interrupts
 from viapoint.runtime.kernel.motion import Mover
 from viapoint.runtime.kernel.onpath import OnPath
 from viapoint.runtime.kernel.planner import Planner
@@ -17,9 +19,11 @@ from viapoint.runtime.kernel.pulses import Pulses
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.signals import SignalWorld
 from viapoint.vm.ports import (
+    BEGINNING,
     Barrier,
     Dwell,
     End,
+    Modal,
     Motion,
     PathAction,
     Pulse,
@@ -28,6 +32,8 @@ from viapoint.vm.ports import (
     SetLevel,
     SetOutput,
     SetVariable,
+    SwitchOff,
+    SwitchOn,
     Tangent,
     Track,
     Write,
@@ -48,6 +54,7 @@ class Execution:
         planner: Planner,
         mover: Mover,
         room_for: RoomFor,
+        interrupts: Interrupts,
     ) -> None:
         self.tool = 0
         self.tangent: float | None = None
@@ -63,6 +70,8 @@ class Execution:
         """What a TRK does when the path has reached it."""
         self.on_path = OnPath(planner.route, mover, trace.tick_s)
         self.pulses = Pulses()
+        self.interrupts = interrupts
+        self._modal = BEGINNING
         self._buffer = buffer
         self._world = world
         self._trace = trace
@@ -97,12 +106,38 @@ class Execution:
             s, travelled = self._travelled = self._mover.s, self._planner.route.travelled(self._mover.s)
         return travelled / MM
 
+    @property
+    def modal(self) -> Modal:
+        """What holds at the robot's place: speed and tool as programmed by then."""
+        entry = self.front
+        if entry is None or not isinstance(entry.call, Motion) or self._mover.s <= self.blocks.begin.s:
+            return self._modal
+        return self._modal._replace(speed=entry.call.speed)
+
+    def begin(self, modal: Modal, line: int | None = None) -> None:
+        """A program begins in a line, with what holds there."""
+        self._modal = modal
+        self._line = self._line if line is None else line
+
+    def accompany(self, other: Execution) -> None:
+        """Begin beside another one at its place: what it has begun goes on here."""
+        self.tool, self.tangent, self.statements = other.tool, other.tangent, other.statements
+        self.pulses = other.pulses
+        self._travelled = (math.nan, 0.0)
+
+    def resume(self, other: Execution, travelled: float) -> None:
+        """Go on where this was left, after `other` has travelled so far beside this path, m."""
+        self.statements = other.statements
+        self.blocks.shift(travelled)
+        self._travelled = (math.nan, 0.0)
+
     def execute(self, entry: Entry, dialogue: Dialogue) -> None:
         """The path has reached `entry`: it takes effect in this tick and its slot is free."""
         call, trace = entry.call, self._trace
         self._line = call.line
         match call:
             case Motion():
+                self._modal = self._modal._replace(speed=call.speed)
                 for action in self.on_path.leave(entry):
                     self._write(action.call)
                 self._finish_block(call, entry.number)
@@ -110,6 +145,7 @@ class Execution:
                 self._write(call)
             case SelectTool(line=line, tool=tool):
                 self._pick_up(tool, line)
+                self._modal = self._modal._replace(tool=tool)
                 trace.emit("tool", line, index=tool)
             case RaiseM():
                 self._write(call)
@@ -125,6 +161,10 @@ class Execution:
                 trace.emit("tangent", line, on=on, offset_deg=offset)
             case Track():
                 self.track(call)
+            case SwitchOn():
+                self.interrupts.switch_on(call, trace.tick)
+            case SwitchOff():
+                self.interrupts.switch_off(call)
             case _:
                 assert_never(call)
         self._buffer.executed()
@@ -170,7 +210,7 @@ class Execution:
         match entry.call:
             case Track():
                 return False
-            case SetOutput() | SetLevel() | SetVariable() | Pulse():
+            case SetOutput() | SetLevel() | SetVariable() | Pulse() | SwitchOn() | SwitchOff():
                 return True
             case Tangent(on=on, offset=offset):
                 return (offset if on else None) == self.tangent

@@ -200,6 +200,11 @@ class Feed:
         self._planned = np.concatenate((q, self._planned[len(q) :]))
         self._along = along
 
+    def change_path(self, route: Route, s: float) -> None:
+        """At rest: what comes is on another route, on which the robot stands at s."""
+        self._route = route
+        self._smoother.set_last(s)
+
     def resting(self, s: float, count: int) -> Rows:
         """So many rows of a path that stands at s."""
         return Rows(np.full(count, s), np.tile(self._planned, (count, 1)), arrived=False)

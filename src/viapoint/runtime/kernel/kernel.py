@@ -13,29 +13,29 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from viapoint.runtime.cell import Cell
-from viapoint.runtime.kernel.breaks import HERE, Breaks, Start
+from viapoint.runtime.kernel.breaks import HERE, Start
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
-from viapoint.runtime.kernel.dialogue import Dialogue, Interpreter
-from viapoint.runtime.kernel.execution import Execution
+from viapoint.runtime.kernel.dialogue import Interpreter
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
 from viapoint.runtime.kernel.feed import with_reserve
+from viapoint.runtime.kernel.interrupting import Interrupting
+from viapoint.runtime.kernel.interrupts import Interrupts
+from viapoint.runtime.kernel.levels import Grounds
 from viapoint.runtime.kernel.manual import Manual
-from viapoint.runtime.kernel.motion import Mover
 from viapoint.runtime.kernel.offsets import Sensor
 from viapoint.runtime.kernel.outlet import Outlet, Present
-from viapoint.runtime.kernel.passing import ARRIVED, Passing
+from viapoint.runtime.kernel.passing import ARRIVED
 from viapoint.runtime.kernel.planner import Planner
-from viapoint.runtime.kernel.searching import Searching
 from viapoint.runtime.kernel.states import Hold, State
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.kernel.unsupported import refusal
-from viapoint.runtime.kernel.zones import ExclusiveZones, ZoneAccess
+from viapoint.runtime.kernel.zones import ExclusiveZones
 from viapoint.runtime.records import Event, Floats, Ints, Window
 from viapoint.runtime.signals import SignalWorld
 from viapoint.vm.ports import Barrier, End, Failed, Motion
 
 
-class Kernel(Manual):
+class Kernel(Manual, Interrupting):
     """Runs calls of an interpreter on the robot of a cell.
 
     `dialogue` is the interpreter's MotionPort and WorldPort. `advance` moves time on; events go to
@@ -61,29 +61,30 @@ class Kernel(Manual):
         self.state = State.READY
         self.failure: MotionError | None = None
         self.trace = Trace(listener, cell.tick, cell.number)
-        self._buffer: MotionBuffer = MotionBuffer(cell.lookahead)
         self.trace.tick = start.tick
-        self.planner = Planner(cell, self._buffer, start.joints, tool=start.tool, stepping=stepping)
-        timed = with_reserve(cell, world.scenario, sensors)
-        self.mover = Mover(timed, self.planner.route, override or 1.0)
-        self.breaks = Breaks(self._buffer, self.planner.route)
-        self.mover.pause = self._next_pause
-        self.outlet = Outlet(cell, self.planner, self.trace, start.joints, world.scenario, sensors)
+        self.interrupts = Interrupts(world)
+        self._stepping = stepping
+        buffer = MotionBuffer(cell.lookahead)
+        planner = Planner(cell, buffer, start.joints, tool=start.tool, stepping=stepping)
+        self.outlet = Outlet(cell, planner, self.trace, start.joints, world.scenario, sensors)
         self.telemetry, self.guard = self.outlet.telemetry, self.outlet.guard
-        if zones is not None:
-            self.access = ZoneAccess(zones, cell)
-            self.planner.crossed = self.access.lay
-        room_for = self.outlet.room_for
-        self.execution = Execution(self._buffer, world, self.trace, self.planner, self.mover, room_for)
+        self._grounds = Grounds(
+            cell=cell,
+            timed=with_reserve(cell, world.scenario, sensors),
+            world=world,
+            trace=self.trace,
+            outlet=self.outlet,
+            interrupts=self.interrupts,
+            zones=zones,
+            patient=patient,
+            travelled_mm=self._travelled_mm,
+            next_pause=self._next_pause,
+            execute=self._execute,
+        )
+        self._take_up(self._grounds.level(planner, buffer, override or 1.0))
         self.execution.tool = start.tool
         self.execution.track, self.planner.tracks = self.track, True
-        self.dialogue = Dialogue(cell, world, self._buffer, self.trace, self._travelled_mm, patient=patient)
-        self.searching = Searching(world, self.dialogue, self.planner, self.mover)
-        self._passing = Passing(
-            self.execution, self.planner, self.mover, self.breaks, self.guard, self.searching, self._execute
-        )
         self._paused = override == 0.0
-        self._last_s = 0.0  # s in the last tick computed
         self._awake = start.tick > 0  # tick 0 is done
 
     # --- running -----------------------------------------------------------------------------------
@@ -134,6 +135,8 @@ class Kernel(Manual):
         self.dialogue.open(interpreter)
         self._hold = Hold.NONE if self.over else self._hold
         self.execution.ended, self.state, self._awake = False, State.READY, True
+        self.execution.begin(interpreter.modal)
+        self.interrupts.clear()
         self.breaks.begin(steps)
         refused: MotionError | None = refusal(self.cell)
         refused = refused or self.outlet.room_for(self.tool, 0) or self._taken()
@@ -167,8 +170,6 @@ class Kernel(Manual):
             return self._let_down(ticks)
         last = first + len(window) - 1
         self.trace.tick = last
-        if self.execution.dwell_until == last:
-            self.execution.dwell_until = None
         self.world.advance(last)
         self.execution.end_pulses()
         self._settle()
@@ -239,6 +240,7 @@ class Kernel(Manual):
                 self.mover.s = float(s[row])
                 self.world.advance(self.tick)
                 changed = passed.happens()
+                changed = self._watch() or changed
                 told[row:] = self._told
                 finished |= passed.ends_motion
                 if changed or passed.stops:
@@ -252,7 +254,8 @@ class Kernel(Manual):
         """Blocks were finished while moving: interpreter and planner go on; True if the law changed."""
         while self._interpret() or self.planner.plan(self.mover.wanted):
             pass
-        standing = self._held or self._hold is not Hold.NONE or self.outlet.follows(self.mover.law, self.tick)
+        stopping = self._held or self._hold is not Hold.NONE or self.interrupts.stopping
+        standing = stopping or self.outlet.follows(self.mover.law, self.tick)
         return not standing and self.mover.extend(self.tick)
 
     def _settle(self) -> None:
@@ -268,8 +271,11 @@ class Kernel(Manual):
 
     def _go_on(self) -> None:
         while not self.over:
+            if self.execution.dwell_until is not None and self.execution.dwell_until <= self.tick:
+                self.execution.dwell_until = None
             if self.guard.alarm is not None:
                 raise self.guard.alarm
+            self._watch()
             keeps = self.belt_keeps()
             if self._hold in (Hold.STOP, Hold.EMERGENCY):
                 at_rest = State.STOPPED if self._hold is Hold.STOP else State.EMERGENCY
@@ -277,6 +283,11 @@ class Kernel(Manual):
                 return
             if self._astray():
                 return
+            if self._begin_interrupt():
+                continue
+            if self.execution.ended and self._interrupted is not None:
+                self._end_interrupt()
+                continue
             if self.execution.ended:  # and back where it ended, after a step back
                 self.state = State.FINISHED
                 return
@@ -344,7 +355,7 @@ class Kernel(Manual):
         """At rest: whether the motion of `entry` is a search that has found, before its end."""
         if self._held or self._reached(entry):
             return False
-        return self.searching.has_found(entry) or self.searching.look(entry, self.tick)
+        return self._searching.has_found(entry) or self._searching.look(entry, self.tick)
 
     def _cut_off(self, entry: Entry) -> None:
         """The motion of `entry` ends where the robot stands."""
@@ -357,7 +368,7 @@ class Kernel(Manual):
         if isinstance(entry.call, Barrier):
             return not self.dialogue.polls(entry.call)
         if isinstance(entry.call, End):
-            return self.execution.pulses.next_end is None
+            return self.execution.pulses.next_end is None or self._interrupted is not None
         if not isinstance(entry.call, Motion):
             return True
         place = self.planner.route.place(entry.number)
@@ -376,14 +387,14 @@ class Kernel(Manual):
     def _poll(self, barrier: Barrier) -> None:
         """The program came back to a barrier in the tick in which it was answered: it polls, once a tick."""
         self.state = State.POLLING
-        if self.execution.pulses.next_end is None:
+        if self.execution.pulses.next_end is None and not self._may_be_interrupted:
             self.fail(self.dialogue.vain_poll(barrier, self.statements))
 
     def _wait(self) -> None:
         """Nothing can go on by itself."""
         self.state = State.WAITING
-        pulsing = self.execution.pulses.next_end is not None
-        self.fail(self.planner.failure or (None if pulsing else self.dialogue.vain_wait()))
+        goes_on = self.execution.pulses.next_end is not None or self._may_be_interrupted
+        self.fail(self.planner.failure or (None if goes_on else self.dialogue.vain_wait()))
 
     def _interpret(self) -> bool:
         """Let the interpreter run if it may; True if it did."""
@@ -393,9 +404,9 @@ class Kernel(Manual):
         return outcome is not False
 
     def _execute(self, entry: Entry) -> None:
-        self.searching.end(entry)
+        self._searching.end(entry)
         self.execution.execute(entry, self.dialogue)
-        if self.execution.ended:
+        if self.execution.ended and self._interrupted is None:
             self.state = State.FINISHED
 
     def fail(self, failure: MotionError | None) -> None:

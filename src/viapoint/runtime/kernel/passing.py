@@ -35,6 +35,10 @@ class Passed(NamedTuple):
     """Whether the robot has to stop for it: what comes after is not known yet."""
 
 
+def _nothing() -> None:
+    """The world may have changed: it is looked at in every tick in which something is passed."""
+
+
 class Passing:
     """Looks for the next thing to happen; `execute` makes an entry take effect."""
 
@@ -61,6 +65,9 @@ class Passing:
         found = []
         if (ends := self._execution.pulses.next_end) is not None and ends < first + len(s):
             found.append(Passed(max(ends - first, row), self._execution.end_pulses))
+        look = self._execution.interrupts.next_look
+        if look is not None and look < first + len(s):
+            found.append(Passed(max(look - first, row), _nothing))
         entry = self._execution.front
         if entry is not None and s[-1] >= frontier:
             try:

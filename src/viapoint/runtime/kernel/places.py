@@ -6,6 +6,9 @@ the line.
 
 from __future__ import annotations
 
+from collections import ChainMap
+from collections.abc import MutableMapping
+
 import numpy as np
 
 from viapoint.language.units import DEG, MM
@@ -26,8 +29,15 @@ class Places:
         self._cell = cell
         self._robot = cell.robot
         self._carrier = AuxiliaryAxes.of(cell).carrier
-        self._kept: dict[int, Point] = {}  # by searches, or moved; the others may be taught at any time
+        self._kept: MutableMapping[
+            int, Point
+        ] = {}  # by searches, or moved; the others may be taught at any time
         self._moved: dict[int, Frame] = {}
+
+    def adopt(self, other: Places) -> None:
+        """Everything is where `other` has it, now and later, but for what is kept here."""
+        self._kept = ChainMap({}, other._kept)
+        self._moved = other._moved
 
     def tool(self, index: int, line: int) -> Floats:
         """X_flange_tool (4, 4) of a tool of the cell. Raises PlanningError."""

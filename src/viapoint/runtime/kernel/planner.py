@@ -19,7 +19,7 @@ from viapoint.runtime.cell import Cell, Frame, Point, SignalKind
 from viapoint.runtime.kernel.acting import ActingMotions
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
-from viapoint.runtime.kernel.failure import MotionError, PlanningError
+from viapoint.runtime.kernel.failure import ExecutionError, MotionError, PlanningError
 from viapoint.runtime.kernel.guard import PathGuard, ZoneCrossing
 from viapoint.runtime.kernel.resolver import Resolver, Tangency
 from viapoint.runtime.kernel.route import Route
@@ -28,6 +28,7 @@ from viapoint.runtime.kernel.zones import Passage
 from viapoint.runtime.path import Chain, GeometryError, Piece, Transition
 from viapoint.runtime.records import Floats
 from viapoint.runtime.workspace import Monitor
+from viapoint.vm.conditions import Reading
 from viapoint.vm.ports import (
     Barrier,
     Dwell,
@@ -39,6 +40,8 @@ from viapoint.vm.ports import (
     SetLevel,
     SetOutput,
     SetVariable,
+    SwitchOff,
+    SwitchOn,
     Tangent,
     Track,
     Write,
@@ -75,6 +78,7 @@ class Planner:
         """Told of them too, by their place on the route."""
         self.tracks = False
         """Whether TRK is a barrier: what lies behind it depends on where the belt is then."""
+        self._aside = False  # beside the program's path
         self._barred = False
         self._aborted: MotionError | None = None  # behind the barrier
         self._buffer = buffer
@@ -144,20 +148,31 @@ class Planner:
 
     def keep(self, point: int, motion: Motion, s: float) -> None:
         """The point of the cell becomes the pose at s, in the frame of `motion`."""
-        q, e = self._stand(s)
+        q, e = self.stand(s)
         self._resolver.places.keep(point, motion, q, e)
+
+    def accompany(self, other: Planner, offset: float | None) -> None:
+        """Plan a path beside that of `other`: points and frames as there, in one report, one drawing.
+
+        `offset` (rad) is that of a tangential tool, None without one; its orientation is as it stands.
+        """
+        self._aside = True
+        self._resolver.places.adopt(other._resolver.places)
+        self._resolver.offset = offset
+        self.corners, self.zone_crossings, self.laid = other.corners, other.zone_crossings, other.laid
 
     def end_here(self, tag: int, s: float) -> float:
         """Motion `tag`, behind which nothing is planned, ends at s; s of that place from now on."""
         place = self.route.cut(tag, s)
         self._chain = Chain(tolerance=self._tolerance)
         self._acting.begin_anew()
-        self._resolver.begin_anew(*self._stand(place))
+        self._resolver.begin_anew(*self.stand(place))
         return place
 
-    def _stand(self, s: float) -> tuple[Floats, Floats]:
+    def stand(self, s: float) -> tuple[Floats, Floats]:
+        """Joints (n,) and auxiliary axes (k,) at s."""
         axes = self.route.axes
-        columns = axes.everything(np.array([s]))[0]
+        columns = axes.standing(s)
         return columns[: axes.n], columns[axes.n : axes.driven]
 
     def stop(self) -> None:
@@ -218,6 +233,13 @@ class Planner:
                     self.close(line)
             case SetOutput() | SetLevel() | SetVariable() | Pulse() as write:
                 self._check_write(write)
+            case SwitchOn():
+                self._check_readings(entry.call)
+            case SwitchOff():
+                pass
+            case Track(line=line) if self._aside:
+                what = "a subroutine that interrupts cannot follow a conveyor, or leave one"
+                raise PlanningError("E322", what, line)
             case Track(line=line, conveyor=conveyor):
                 if conveyor and self._resolver.rides:
                     what = "conveyor tracking (TRK) with an axis that carries the robot cannot be run yet"
@@ -247,6 +269,24 @@ class Planner:
         kind = SignalKind.ANALOG_OUTPUT if isinstance(write, SetLevel) else SignalKind.DIGITAL_OUTPUT
         if write.index > self._io.counts[kind]:
             raise PlanningError("E314", f"the cell has no output {kind.value}{write.index}", write.line)
+
+    def _check_output(self, write: SetOutput | SetLevel | Pulse) -> None:
+        kind = SignalKind.ANALOG_OUTPUT if isinstance(write, SetLevel) else SignalKind.DIGITAL_OUTPUT
+        if write.index > self._io.counts[kind]:
+            raise PlanningError("E314", f"the cell has no output {kind.value}{write.index}", write.line)
+
+    def _check_readings(self, call: SwitchOn) -> None:
+        for reading in call.condition.readings:
+            if not self._has(reading):
+                kind = f" that is {'true or false' if reading.is_switch else 'a number'}"
+                what = f"the cell has no {reading}{kind if reading.name else ''}"
+                raise ExecutionError("E411", what, call.line)
+
+    def _has(self, reading: Reading) -> bool:
+        if reading.name:
+            variable = self._io.variable(reading.name)
+            return variable is not None and self._io.is_switch(variable) is reading.is_switch
+        return reading.kind == "M" or 1 <= reading.number <= self._io.counts[SignalKind(reading.kind)]
 
     def _motion(self, motion: Motion, tag: int) -> None:
         for action in motion.actions:

@@ -36,7 +36,7 @@ class Searching:
             return None
         if entry.number != self._number or self._looked is None:
             return 0
-        return self._world.next_change(self._looked)
+        return self._world.next_look(self._looked)
 
     def look(self, entry: Entry, tick: int) -> bool:
         """Look in a tick, with the path where it is then; True if it has just been found."""

@@ -43,6 +43,10 @@ class Smoother:
             deviation += weight * (self._rows[k : k + len(rows)] - rows)
         return rows + deviation if taps > 1 else rows
 
+    def set_last(self, value: float) -> None:
+        """At rest: the last column is another one from now on, and has always been that value."""
+        self._past = np.concatenate((self._past[:, :-1], np.full((len(self._past), 1), value)), axis=1)
+
     def commit(self, count: int) -> None:
         """The first so many of the rows smoothed last were sent."""
         self._past = self._rows[count : count + len(self._weights) - 1]

@@ -136,6 +136,7 @@ JSON_SCHEMAS = {
             "timed_out": BOOLEAN,
             "found": BOOLEAN,
             "place": STRING,
+            "label": STRING,
         },
         ["t", "tick", "line", "kind", "robot"],
     ),

@@ -50,6 +50,7 @@ class SignalWorld:
         self._flags: set[MFlag] = set()
         self._agenda: list[_Due] = []
         self._order = itertools.count()
+        self._changed = [0]  # the last tick in which something changed; of all robots that see this world
         self._answers: dict[Change, list[Answer]] = {}
         for answer in scenario.answers if scenario is not None else ():
             for cause in _causes(answer):
@@ -73,10 +74,18 @@ class SignalWorld:
         """The next tick after `tick` in which something scheduled happens; None: nothing is."""
         return max(self._agenda[0].tick, tick + 1) if self._agenda else None
 
+    def next_look(self, looked: int) -> int | None:
+        """The next tick in which to look again after a look in tick `looked`; None: nothing will change.
+
+        That is the next change, or one that somebody else has let come about since.
+        """
+        return self._changed[0] if self._changed[0] > looked else self.next_change(looked)
+
     def advance(self, tick: int) -> None:
         """Make all changes due up to and in this tick, in order, their answers included."""
         while self._agenda and self._agenda[0].tick <= tick:
             due = heapq.heappop(self._agenda)
+            self._changed[0] = max(self._changed[0], due.tick)
             for change in due.changes:
                 self._apply(change, due.tick)
 
@@ -179,6 +188,7 @@ class SignalWorld:
         if flag in self._flags:
             return
         self._flags.add(flag)
+        self._changed[0] = max(self._changed[0], tick)
         self._answer(Change(flag, True), tick, tick + 1)
 
     def read_input(self, index: int) -> bool:
@@ -247,12 +257,14 @@ class SignalWorld:
     def force(self, name: str, value: Value, tick: int) -> None:
         """Hold a signal at a value from now on, for diagnostics. Raises KeyError for an unknown signal."""
         signal = self.bank.resolve(name)
+        self._changed[0] = tick + 1
         if self.bank.force(signal, value):
             self._answer(Change(signal, value), tick, tick + 1)
 
     def release(self, name: str, tick: int) -> None:
         """End forcing. Raises KeyError for an unknown signal."""
         signal = self.bank.resolve(name)
+        self._changed[0] = tick + 1
         if self.bank.release(signal):
             self._answer(Change(signal, self.bank.read(signal)), tick, tick + 1)
 
