@@ -24,6 +24,8 @@ def test_it_agrees_with_the_windows_all_along_a_run() -> None:
         np.testing.assert_allclose(session.cell.robot.motors_to_joints(seen.motors), seen.joints, atol=1e-12)
         if seen.joint_speeds is not None:
             assert np.all(np.abs(seen.joint_speeds) <= session.cell.robot.limits.speed * (1.0 + 1e-9))
+        if len(window) > 1:
+            np.testing.assert_array_equal(seen.auxiliary_speeds, np.zeros(0))
         if seen.block_length is not None:
             assert -1e-9 <= seen.block_done <= seen.block_length + 1e-9
             done.append((seen.line, seen.block_done))

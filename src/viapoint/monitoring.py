@@ -46,7 +46,10 @@ class Monitor:
     actual: Floats  # (n,), as the drives report
     joint_speeds: Floats | None  # (n,), over the last tick; None in a window of one tick
     auxiliary: Floats  # (k,), as sent
+    auxiliary_speeds: Floats | None  # (k,), likewise
     motors: Floats  # (n,), motor angles of the joints sent, through the coupling of the wrist
+    torques: Floats | None  # (n,) N·m, of the joints; None where the arm's masses are not known
+    motor_torques: Floats | None  # (n,) the same, seen at the motors through the coupling of the wrist
     manipulability: float
     singular: tuple[str, ...]
     """The singular poses it stands in."""
@@ -61,6 +64,7 @@ def monitor(session: Session, window: Window) -> Monitor:
     kernel, robot = session.kernel, session.cell.robot
     q = window.joints[-1]
     length, done, motion = _block(session)
+    torques = window.torque[-1] if window.torque.shape[1] else None
     return Monitor(
         tick=window.first_tick + len(window) - 1,
         time=float(window.time[-1]),
@@ -82,15 +86,23 @@ def monitor(session: Session, window: Window) -> Monitor:
         quaternion=window.quaternion[-1],
         joints=q,
         actual=window.actual[-1],
-        joint_speeds=(q - window.joints[-2]) / session.cell.tick if len(window) > 1 else None,
+        joint_speeds=_rate(window.joints, session.cell.tick),
         auxiliary=window.auxiliary[-1],
+        auxiliary_speeds=_rate(window.auxiliary, session.cell.tick),
         motors=robot.joints_to_motors(q),
+        torques=torques,
+        motor_torques=None if torques is None else robot.coupling.T @ torques,
         manipulability=float(robot.manipulability(q)),
         singular=robot.singularity(q).singular,
         signals={str(signal): value for signal, value in session.signals.at_work()},
         flags=session.flags,
         failure=session.failure,
     )
+
+
+def _rate(rows: Floats, tick: float) -> Floats | None:
+    """Over the last tick of rows (N, m); None where there is only one."""
+    return (rows[-1] - rows[-2]) / tick if len(rows) > 1 else None
 
 
 def _block(session: Session) -> tuple[float | None, float, Motion | None]:

@@ -38,6 +38,7 @@ class Window:
     auxiliary: Floats  # (N, k) rad or m, set points of the auxiliary axes in the order of their numbers
     position: Floats  # (N, 3) m, TCP
     quaternion: Floats  # (N, 4) w x y z
+    torque: Floats  # (N, n) N·m, or N at slides: of the joints; (N, 0) where the arm's masses are not known
     deviation: Floats  # (N,) m, of the TCP as sent from where the path has it: filter and corrections
 
     def __len__(self) -> int:

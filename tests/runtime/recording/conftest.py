@@ -78,6 +78,7 @@ def synthetic(ticks: int = 2500, *, slower: float = 1.0, tick_s: float = 0.001) 
         auxiliary=np.zeros((len(joints), 0)),
         position=position,
         quaternion=np.tile([1.0, 0.0, 0.0, 0.0], (ticks + 1, 1)),
+        torque=np.zeros((ticks + 1, 0)),
         deviation=np.zeros(ticks + 1),
     )
     info = RunInfo(

@@ -10,6 +10,7 @@ from viapoint.runtime import core
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.peaks import PeakMeter
+from viapoint.runtime.kernel.torques import TorqueMeter
 from viapoint.runtime.records import Floats, Ints, Window
 from viapoint.runtime.rotations import matrix_to_quaternion
 
@@ -32,6 +33,7 @@ class Telemetry:
         self._n = len(q_start)
         self._columns: Floats = np.concatenate((q_start, AuxiliaryAxes.of(cell).start, np.zeros(4)))
         self._meter = PeakMeter(self._columns[:-2], cell.tick)
+        self._torques = TorqueMeter(cell, self._columns[:-4])
         self.programmed_speed_ratio = 0.0
         """Peak of speed ÷ programmed speed so far."""
 
@@ -58,6 +60,7 @@ class Telemetry:
     def standing(self, first: int, count: int, told: Ints, status: Status) -> Window:
         """Ticks in which nothing moves; `told` (3,) as for `window`. One row, seen `count` times."""
         self._meter.stand(count)
+        self._torques.stand(self._columns[:-4])
         one = self._window(first, self._columns[None], self._columns[-2], told[None], status)
         arrays = {name: getattr(one, name) for name in Window.__dataclass_fields__ if name != "first_tick"}
         seen = {name: np.broadcast_to(row, (count, *row.shape[1:])) for name, row in arrays.items()}
@@ -110,6 +113,7 @@ class Telemetry:
             joints=joints,
             actual=joints,
             auxiliary=columns[:, n:-4],
+            torque=self._torques.feed(columns[:, :-4], status.tool),
             position=position,
             quaternion=quaternion,
             deviation=np.zeros(count) if deviation is None else deviation,

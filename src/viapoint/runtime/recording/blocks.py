@@ -60,6 +60,8 @@ class Joined(Window):
         for column in COLUMNS:
             if column.name != "actual" or not same:
                 values = np.ascontiguousarray(getattr(self, column.name), column.type)
+                if column.width == ANY and not values.size:
+                    continue
                 parts += (tag(column.number, LENGTH) + varint(values.nbytes), values.tobytes())
         return b"".join(parts)
 

@@ -24,11 +24,12 @@ def axis_units(axes: tuple[Axis, ...]) -> Floats:
     return np.array([MM if axis.kind == PRISMATIC else DEG for axis in axes])
 
 
-def csv_header(axes: tuple[Axis, ...], auxiliary: tuple[Axis, ...], *, actual: bool) -> str:
+def csv_header(axes: tuple[Axis, ...], auxiliary: tuple[Axis, ...], *, actual: bool, torque: bool) -> str:
     others = [axis.name.lower() for axis in auxiliary]
     joints = [f"j{i + 1}" for i in range(len(axes))]
     driven = [f"aj{i + 1}" for i in range(len(axes))] if actual else []
-    return ",".join(["t", "line", "s_mm", "speed_mm_s", *joints, *others, *"xyzabc", *driven])
+    turned = [f"tj{i + 1}" for i in range(len(axes))] if torque else []
+    return ",".join(["t", "line", "s_mm", "speed_mm_s", *joints, *others, *"xyzabc", *driven, *turned])
 
 
 def csv_rows(
@@ -49,6 +50,7 @@ def csv_rows(
         ]
         if actual:
             columns.append(trace.actual[part] / units)
+        columns.append(trace.torque[part])
         values = np.round(np.concatenate(columns, axis=1), DECIMALS) + 0.0  # + 0.0: no "-0.0"
         times, lines = trace.time[part].round(DECIMALS).tolist(), trace.line[part].tolist()
         for time, line, row in zip(times, lines, values.tolist(), strict=True):
@@ -58,7 +60,8 @@ def csv_rows(
 def write_csv(trace: Window, axes: tuple[Axis, ...], out: TextIO, auxiliary: tuple[Axis, ...] = ()) -> int:
     """Write the table with its header; the number of rows. Actual joints only where drives differ."""
     actual = not np.array_equal(trace.actual, trace.joints)
-    out.write(csv_header(axes, auxiliary, actual=actual) + "\n")
+    torque = trace.torque.shape[1] > 0
+    out.write(csv_header(axes, auxiliary, actual=actual, torque=torque) + "\n")
     rows = 0
     for row in csv_rows(trace, axes, auxiliary, actual=actual):
         out.write(row + "\n")

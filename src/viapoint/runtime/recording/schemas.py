@@ -37,6 +37,7 @@ COLUMNS = (
     Column(12, "position", "<f8", 3, "m, TCP in the base frame"),
     Column(13, "quaternion", "<f8", 4, "w x y z, TCP in the base frame"),
     Column(14, "auxiliary", "<f8", ANY, "rad or m, auxiliary axes as sent; absent where there are none"),
+    Column(16, "torque", "<f8", ANY, "N·m, of the joints; absent where the arm's masses are not known"),
     Column(15, "deviation", "<f8", 1, "m, of the TCP as sent from where the path has it"),
 )
 

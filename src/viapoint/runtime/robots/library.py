@@ -23,16 +23,19 @@ from viapoint.runtime.documents import (
     read_document,
 )
 from viapoint.runtime.robots.anthropomorphic import SphericalWristArm
+from viapoint.runtime.robots.dynamics import LinkMasses
 from viapoint.runtime.robots.model import Floats, JointLimits, Robot
 from viapoint.runtime.rotations import abc_to_matrix
 
 if TYPE_CHECKING:
-    from viapoint.runtime.robots.schema import Joints, RobotFile
+    from viapoint.runtime.robots.schema import Body, Joints, RobotFile
 
 # What a robot file that is silent means: acceleration reaches the speed limit in 1/4 s, jerk reaches the
 # acceleration in 1/10 s.
 ACCELERATION_PER_SPEED = 4.0
 JERK_PER_ACCELERATION = 10.0
+_ROUNDED = 1e-9
+"""kg·m². An inertia that misses being one by less was rounded."""
 
 
 class RobotError(DocumentError):
@@ -91,6 +94,7 @@ def _build(document: Document) -> Robot:
     model, faults = checked.model, list(checked.faults)
     if model is not None:
         faults += _range_faults(document, model) + _coupling_faults(document, model)
+        faults += _mass_faults(document, model)
     if model is None or faults:
         raise RobotError(faults)
     lengths = {key: value * MM for key, value in model.parameters_mm.model_dump().items()}
@@ -107,7 +111,49 @@ def _build(document: Document) -> Robot:
         prismatic=np.zeros(6, dtype=np.bool_),
         coupling=coupling_matrix(model.coupling, 6),
         body_radius=None if radius is None else np.array(radius) * MM,
+        masses=_masses(model.body),
     )
+
+
+def _masses(body: Body) -> LinkMasses | None:
+    """Of the links, where all that inverse dynamics needs is given."""
+    if body.mass_kg is None or body.com_mm is None or body.inertia_kg_m2 is None:
+        return None
+    return LinkMasses(
+        mass=np.array(body.mass_kg[1:]),
+        com=np.array(body.com_mm) * MM,
+        inertia=np.array([_inertia(each) for each in body.inertia_kg_m2]),
+    )
+
+
+def _inertia(given: list[float]) -> Floats:
+    """xx yy zz xy xz yz → (3, 3)."""
+    xx, yy, zz, xy, xz, yz = given
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _mass_faults(document: Document, model: RobotFile) -> list[Diagnostic]:
+    body, faults = model.body, []
+    if (body.com_mm is None) != (body.inertia_kg_m2 is None):
+        given = "com_mm" if body.com_mm is not None else "inertia_kg_m2"
+        missing = "inertia_kg_m2" if body.com_mm is not None else "com_mm"
+        message = f"body.{given} is given, body.{missing} is not"
+        faults.append(document.fault(Fault.CONTRADICTION, ("body", given), message, "torques need both"))
+    elif body.com_mm is not None and body.mass_kg is None:
+        message = "body.com_mm is given, body.mass_kg is not"
+        faults.append(document.fault(Fault.CONTRADICTION, ("body", "com_mm"), message, "torques need both"))
+    for i, given_inertia in enumerate(body.inertia_kg_m2 or []):
+        principal = np.linalg.eigvalsh(_inertia(given_inertia))
+        if principal[0] < -_ROUNDED or principal[2] > principal[0] + principal[1] + _ROUNDED:
+            faults.append(
+                document.fault(
+                    Fault.CONTRADICTION,
+                    ("body", "inertia_kg_m2", i),
+                    f"no body has the inertia of link {i + 1}",
+                    "give xx, yy, zz, xy, xz, yz about the centre of mass",
+                )
+            )
+    return faults
 
 
 def _limits(joints: Joints) -> JointLimits:

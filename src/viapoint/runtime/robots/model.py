@@ -11,10 +11,13 @@ import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from viapoint.runtime.robots.dynamics import LinkMasses
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -121,6 +124,7 @@ class Robot:
     prismatic: Bools
     coupling: Floats
     body_radius: Floats | None = None  # (k,) m, of the capsule along each link of the wire frame
+    masses: LinkMasses | None = None  # of the links, where they are known
     joint_count: int = field(init=False)
 
     def __post_init__(self) -> None:

@@ -34,11 +34,20 @@ class Joints(Table):
     jerk_deg_s3: Six | None = None
 
 
+Vector3 = Annotated[list[Finite], Field(min_length=3, max_length=3)]
+Inertia = Annotated[list[Finite], Field(min_length=6, max_length=6)]
+
+
 class Body(Table):
-    """Radii of the capsules along the links, and the masses of base and links."""
+    """Radii of the capsules along the links, masses of base and links, and how the links' are spread.
+
+    Centres of mass and inertias (xx yy zz xy xz yz, about them) with all joints at 0, in the base.
+    """
 
     radius_mm: Annotated[list[NotNegative], Field(min_length=6, max_length=6)] | None = None
     mass_kg: Annotated[list[NotNegative], Field(min_length=7, max_length=7)] | None = None
+    com_mm: Annotated[list[Vector3], Field(min_length=6, max_length=6)] | None = None
+    inertia_kg_m2: Annotated[list[Inertia], Field(min_length=6, max_length=6)] | None = None
 
 
 class RobotFile(Table):
