@@ -89,7 +89,7 @@ def _row(line: int, ride: _Ride, taken: float) -> dict[str, Any]:
 def _taken(conveyor: Conveyor) -> float:
     """m behind the latch at which a section begins: where a belt that runs forward brings its part first."""
     parts = conveyor.parts
-    return 0.0 if parts is None else max(parts.window[0] - parts.trigger, 0.0)
+    return 0.0 if parts is None else max(parts.window[0], parts.trigger) - parts.taught
 
 
 # --- travel -------------------------------------------------------------------------------------

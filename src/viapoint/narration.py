@@ -40,7 +40,8 @@ def event_text(event: Event) -> str:
         case "interrupt":
             return f"{data['label']} {data['action']}{place}"
         case "m" | "track":
-            return f"{data['index']} {data['action']}"
+            part = f", part {data['part']}" if "part" in data else ""
+            return f"{data['index']} {data['action']}{part}"
         case "error":
             return f"{data['code']}: {data['message']}"
         case _:

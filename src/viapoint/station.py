@@ -141,6 +141,7 @@ class Station:
 
     def _common_ticks(self) -> int:
         """How many ticks all robots may pass before anyone looks at anything again; 0: the run is over."""
+        self._give_parts()
         self._give_zones()
         self._look_for_deadlock()
         if self.failures:
@@ -185,6 +186,12 @@ class Station:
         for session in self.sessions:
             if session.cell.number in lucky:
                 session.kernel.zones_granted()
+
+    def _give_parts(self) -> None:
+        """Parts on belts go to the robots that wait for one, in the order of their claims."""
+        waiting = [(claim, each.kernel) for each in self.sessions if (claim := each.kernel.claim) is not None]
+        for _, kernel in sorted(waiting, key=lambda pair: pair[0]):
+            kernel.take_part()
 
     def _look_for_deadlock(self) -> None:
         """Nobody moves, nothing is scheduled, and every robot waits: none of them will ever go on."""

@@ -147,6 +147,7 @@ def build_conveyor(
             trigger=parts.trigger_mm * MM,
             window=(parts.window_mm[0] * MM, parts.window_mm[1] * MM),
             pitch=parts.pitch_mm * MM,
+            taught=(parts.trigger_mm if parts.taught_mm is None else parts.taught_mm) * MM,
         ),
     )
 

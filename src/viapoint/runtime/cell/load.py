@@ -13,7 +13,7 @@ from viapoint.language.units import DEG, MM
 from viapoint.runtime.cell import geometry, io, members
 from viapoint.runtime.cell import robot as robots
 from viapoint.runtime.cell.checking import Checker
-from viapoint.runtime.cell.model import Cell, DefaultSpeed, Filter, Floats, Frame
+from viapoint.runtime.cell.model import Cell, Conveyor, DefaultSpeed, Filter, Floats, Frame
 from viapoint.runtime.documents import (
     CELL_CODES,
     Document,
@@ -129,14 +129,38 @@ def _build_member(document: Document, number: int) -> Cell:
     from viapoint.runtime.cell.schema import MemberFile
 
     cell = _build(document, MemberFile)
+    conveyors, faults = _belts(document, cell)
+    if faults:
+        raise CellError(faults)
     program = document.data.get("program")
     return replace(
         cell,
+        conveyors=conveyors,
         number=number,
         robot_name=document.data.get("name"),
         program=None if program is None else Path(document.name).parent / program,
         priority=document.data.get("priority", 0),
     )
+
+
+def _belts(document: Document, cell: Cell) -> tuple[dict[int, Conveyor], list[Diagnostic]]:
+    """The conveyors with the windows that the robot has on them."""
+    conveyors, faults = dict(cell.conveyors), []
+    for i, each in enumerate(document.data.get("belts", ())):
+        key: Key = ("belts", i)
+        found = conveyors.get(each["index"])
+        low, high = each["window_mm"]
+        if found is None or found.parts is None:
+            what = "there is no conveyor" if found is None else "no parts come on conveyor"
+            faults.append(document.fault(Fault.REFERENCE, (*key, "index"), f"{what} {each['index']}"))
+        elif low >= high:
+            message = "the window for parts is empty"
+            faults.append(document.fault(Fault.CONTRADICTION, (*key, "window_mm"), message))
+        else:
+            taught = each.get("taught_mm", found.parts.taught / MM) * MM
+            parts = replace(found.parts, window=(low * MM, high * MM), taught=taught)
+            conveyors[found.index] = replace(found, parts=parts)
+    return conveyors, faults
 
 
 def _with_points(document: Document) -> tuple[Document, list[Diagnostic]]:

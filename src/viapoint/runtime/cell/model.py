@@ -202,6 +202,8 @@ class PartQueue:
     trigger: float
     window: tuple[float, float]
     pitch: float
+    taught: float
+    """Where a part is for which points are taught: how far the part has come from there displaces them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

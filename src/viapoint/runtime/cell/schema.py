@@ -126,6 +126,15 @@ class Parts(Table):
     trigger_mm: Finite = 0.0
     window_mm: Range
     pitch_mm: Positive
+    taught_mm: Finite | None = None
+
+
+class BeltSection(Table):
+    """What one robot of several makes of a conveyor's parts."""
+
+    index: Index
+    window_mm: Range
+    taught_mm: Finite | None = None
 
 
 class ConveyorSection(Frame):
@@ -200,3 +209,4 @@ class MemberFile(CellFile):
     name: str | None = None
     program: str | None = None
     priority: int = 0
+    belts: list[BeltSection] = Field(default=[])

@@ -6,6 +6,7 @@ A station asks and tells; a robot that is alone in its cell has none of it.
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import Final
 
 import numpy as np
 
@@ -14,12 +15,17 @@ from viapoint.runtime.kernel.dialogue import Dialogue
 from viapoint.runtime.kernel.execution import Execution
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
 from viapoint.runtime.kernel.guard import TickGuard
+from viapoint.runtime.kernel.outlet import Present
 from viapoint.runtime.kernel.planner import Planner
 from viapoint.runtime.kernel.states import Hold, State
 from viapoint.runtime.kernel.telemetry import Telemetry
 from viapoint.runtime.kernel.zones import ZoneAccess
 from viapoint.runtime.records import Floats
 from viapoint.vm.ports import Barrier
+
+_LOOKED_AT: Final = 128
+"""Most ticks in which it is worked out beforehand what is added to the path: they are worked out again when
+they pass."""
 
 
 class Company(Commands):
@@ -53,6 +59,11 @@ class Company(Commands):
         """On the way back to where the program was left, that place, if an interrupt waits there."""
 
     @property
+    @abstractmethod
+    def _now(self) -> Present:
+        """What holds in the next ticks."""
+
+    @property
     def statements(self) -> int:
         """Statements executed so far, by the robot."""
         return self.execution.statements
@@ -64,17 +75,30 @@ class Company(Commands):
 
         In the ones before, it neither reads nor writes. What is scheduled in the world is not looked at.
         """
-        if self.outlet.feed.adds:
-            return 1
+        feed, first = self.outlet.feed, self.trace.tick + 1
+        if feed.failure is not None:
+            return min(ticks, feed.ticks_of_letdown())
+        if feed.alters:
+            ticks = min(ticks, _LOOKED_AT)
         if self.state is State.MOVING:
-            s, arrived = self.mover.places(self.trace.tick + 1, ticks)
+            if feed.alters:
+                offered = self.outlet.offer(self.mover.rows(first, ticks), first, ticks, self._now)
+                if offered is None:
+                    return 1
+                s = offered.s  # up to where something happens
+            else:
+                s, _ = self.mover.places(first, ticks)
             row = self._next_row(s)
-            rows = [ticks - 1, len(s) - 1 if arrived or row is None else row]
+            rows = [ticks - 1, len(s) - 1 if row is None else row]
             if (zone_tick := self._zone_tick()) is not None:
                 rows.append(zone_tick - self.trace.tick - 1)
             return min(rows) + 1
         if self.state is State.POLLING:
             return 1
+        if feed.displaces:
+            resting = feed.resting(self.mover.s, ticks)
+            offered = self.outlet.offer(resting, first, ticks, self._now)
+            ticks = 1 if offered is None else len(offered.s)
         ends = (self.execution.dwell_until, self.dialogue.deadline, self.execution.pulses.next_end)
         return min([ticks, *(max(1, tick - self.trace.tick) for tick in ends if tick is not None)])
 
@@ -94,14 +118,20 @@ class Company(Commands):
     def foreseen(self, ticks: int) -> Floats:
         """(ticks, n + k): joints and auxiliary axes in the next ticks, if nothing changes the present law."""
         standing = np.concatenate((self.telemetry.joints, self.telemetry.auxiliary))
-        if self.state is not State.MOVING:
+        feed, first = self.outlet.feed, self.trace.tick + 1
+        if self.state is State.MOVING:
+            columns = self.mover.rows(first, ticks).columns[:, : len(standing)]
+            columns = np.concatenate((columns, np.tile(columns[-1], (ticks - len(columns), 1))))
+        elif feed.tracker.active and not self.over:
+            columns = feed.resting(self.mover.s, ticks).columns[:, : len(standing)]
+        else:
             return np.tile(standing, (ticks, 1))
-        moving = self.mover.rows(self.trace.tick + 1, ticks).columns[:, : len(standing)]
-        return np.concatenate((moving, np.tile(moving[-1], (ticks - len(moving), 1))))
+        return self.outlet.foreseen(columns, first, self._now)
 
     def ticks_to_rest(self) -> int:
         """How many ticks a halt would take."""
-        return self.mover.ticks_to_rest(self.trace.tick) if self.state is State.MOVING else 0
+        path = self.mover.ticks_to_rest(self.trace.tick) if self.state is State.MOVING else 0
+        return max(path, self.outlet.feed.tracker.ticks_to_rest())
 
     def alarm(self, error: ExecutionError) -> None:
         """Stop on the path, and end the run there with an error."""

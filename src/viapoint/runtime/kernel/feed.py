@@ -27,7 +27,7 @@ from viapoint.runtime.kernel.smoothing import Smoother, gaussian
 from viapoint.runtime.kernel.tracker import Phase, Tracker
 from viapoint.runtime.records import Bools, Floats
 from viapoint.runtime.robots import JointLimits
-from viapoint.runtime.signals import CorrectionScript, Scenario
+from viapoint.runtime.signals import CorrectionScript, Scenario, SignalWorld
 
 _HISTORY: Final = 3
 """Rows behind the present one that differences up to the jerk need."""
@@ -72,7 +72,7 @@ class Feed:
     """
 
     def __init__(
-        self, cell: Cell, route: Route, start: Floats, scenario: Scenario | None, sensors: Sequence[Sensor]
+        self, cell: Cell, route: Route, start: Floats, world: SignalWorld, sensors: Sequence[Sensor]
     ) -> None:
         """`start` (m,): the axis functions in which the robot stands."""
         self.failure: ExecutionError | None = None
@@ -82,12 +82,12 @@ class Feed:
         """Largest difference between joints as sent and those of the path, so far (n,)."""
         self.deviation = 0.0
         """Largest distance of the TCP from where the path has it, m."""
-        scripts = scenario.corrections if scenario is not None else ()
+        scripts = world.scenario.corrections if world.scenario is not None else ()
         self._cell = cell
         self._route = route
         sources: list[CorrectionScript | Sensor] = [*scripts, *sensors]
         self._corrections = [Correction(source, cell) for source in sources]
-        self.tracker = Tracker(cell, scenario)
+        self.tracker = Tracker(cell, world.scenario, world.parts)
         self._along: Floats = np.zeros(3)  # direction of the belt that is followed
         self._by_tick = bool(sensors)
         self._framed = any(correction.frame == "frame" for correction in self._corrections)
@@ -118,7 +118,12 @@ class Feed:
     @property
     def adds(self) -> bool:
         """Whether anything is ever added to the path."""
-        return self.displaces or self._settling > 0 or bool(self.tracker.belts)
+        return self.alters or bool(self.tracker.belts)
+
+    @property
+    def alters(self) -> bool:
+        """Whether what is sent may differ from the path now."""
+        return self.displaces or self._settling > 0
 
     @property
     def displaces(self) -> bool:
@@ -204,6 +209,29 @@ class Feed:
         """At rest: what comes is on another route, on which the robot stands at s."""
         self._route = route
         self._smoother.set_last(s)
+
+    def ticks_of_letdown(self) -> int:
+        """After a failure: how many ticks it takes until the axes rest; 1 if that is not known yet."""
+        return 1 if self._braking is None else max(len(self._braking), 1)
+
+    def foreseen(self, columns: Floats, first: int, stand: Stand) -> Floats:
+        """Joints (N, n) in ticks from `first` on, in which the path has rows (N, m), with what a belt adds.
+
+        The robot is taken to go on with the belt as in the last of the ticks up to what happens next.
+        """
+        q = columns[:, : self._cell.robot.joint_count]
+        count, tracker = len(q), self.tracker
+        if not tracker.active or count == 0:
+            return q
+        places = tracker.foreseen(first, count, stopping=stand.stopping, held=stand.held)
+        robot = self._cell.robot
+        X = robot.fk(q)
+        X[:, :3, 3] += places[:, None] * self._along
+        moved, reachable = robot.ik_branch(X, robot.configuration(q), q)
+        good = count if reachable.all() else int(np.argmin(reachable))
+        if good == 0:
+            return q
+        return np.concatenate((moved[:good], np.tile(moved[good - 1], (count - good, 1))))
 
     def resting(self, s: float, count: int) -> Rows:
         """So many rows of a path that stands at s."""

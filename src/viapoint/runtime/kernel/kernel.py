@@ -66,7 +66,7 @@ class Kernel(Manual, Interrupting):
         self._stepping = stepping
         buffer = MotionBuffer(cell.lookahead)
         planner = Planner(cell, buffer, start.joints, tool=start.tool, stepping=stepping)
-        self.outlet = Outlet(cell, planner, self.trace, start.joints, world.scenario, sensors)
+        self.outlet = Outlet(cell, planner, self.trace, start.joints, world, sensors)
         self.telemetry, self.guard = self.outlet.telemetry, self.outlet.guard
         self._grounds = Grounds(
             cell=cell,
@@ -273,10 +273,13 @@ class Kernel(Manual, Interrupting):
         while not self.over:
             if self.execution.dwell_until is not None and self.execution.dwell_until <= self.tick:
                 self.execution.dwell_until = None
-            if self.guard.alarm is not None:
-                raise self.guard.alarm
-            self._watch()
             keeps = self.belt_keeps()
+            if self.guard.alarm is not None:
+                if self.outlet.feed.failure is None and not (keeps and self._hold is not Hold.NONE):
+                    raise self.guard.alarm
+                self.state = State.COUPLING  # a belt carries the robot: it comes to rest first
+                return
+            self._watch()
             if self._hold in (Hold.STOP, Hold.EMERGENCY):
                 at_rest = State.STOPPED if self._hold is Hold.STOP else State.EMERGENCY
                 self.state = State.COUPLING if keeps else at_rest

@@ -21,7 +21,7 @@ from viapoint.runtime.kernel.states import Hold
 from viapoint.runtime.kernel.telemetry import Status, Telemetry
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.records import Floats, Ints, Window
-from viapoint.runtime.signals import Scenario
+from viapoint.runtime.signals import SignalWorld
 from viapoint.runtime.timing import TimeLaw
 
 
@@ -48,12 +48,12 @@ class Outlet:
         planner: Planner,
         trace: Trace,
         q_start: Floats,
-        scenario: Scenario | None,
+        world: SignalWorld,
         sensors: Sequence[Sensor],
     ) -> None:
         self.telemetry = Telemetry(cell, q_start)
         self.guard = TickGuard(planner.monitor, trace)
-        self.feed = Feed(cell, planner.route, self.telemetry.columns, scenario, sensors)
+        self.feed = Feed(cell, planner.route, self.telemetry.columns, world, sensors)
         self._tick = cell.tick
         self._emergency_factor = cell.emergency_deceleration_factor
 
@@ -63,15 +63,23 @@ class Outlet:
         None if the feed gives up the path.
         """
         if self.feed.adds:
-            stopping = now.hold in (Hold.STOP, Hold.EMERGENCY)
-            factor = self._emergency_factor if now.hold is Hold.EMERGENCY else 1.0
-            sent = self.feed.send(
-                rows, first, count, Stand(now.tool, now.line, stopping, now.hold is not Hold.NONE, factor)
-            )
+            sent = self.feed.send(rows, first, count, self._stand_of(now))
             if sent is None:
                 return None
             rows = sent
         return self.guard.watch(rows, self.telemetry.joints, now.tool, now.line)
+
+    def _stand_of(self, now: Present) -> Stand:
+        stopping = now.hold in (Hold.STOP, Hold.EMERGENCY)
+        factor = self._emergency_factor if now.hold is Hold.EMERGENCY else 1.0
+        return Stand(now.tool, now.line, stopping, now.hold is not Hold.NONE, factor)
+
+    def foreseen(self, columns: Floats, first: int, now: Present) -> Floats:
+        """Columns (N, m) of the path in ticks from `first` on, with joints as they will about be sent."""
+        if not self.feed.tracker.active:
+            return columns
+        q = self.feed.foreseen(columns, first, self._stand_of(now))
+        return np.concatenate((q, columns[:, q.shape[1] :]), axis=1)
 
     def follows(self, law: TimeLaw | None, tick: int) -> bool:
         """Whether the path is at the end of its law after `tick`, while what the filter sends follows."""

@@ -17,7 +17,7 @@ from viapoint.language.units import MM
 from viapoint.runtime.cell import Cell, Conveyor
 from viapoint.runtime.kernel.chase import REST, Chase, Follower
 from viapoint.runtime.records import Floats
-from viapoint.runtime.signals import Belt, Scenario
+from viapoint.runtime.signals import Belt, PartQueues, Scenario
 
 _COUPLED: Final = 2e-5
 """m. Nearer to the belt as it is measured, and to stay that near, the robot is on it: an encoder's count is
@@ -50,7 +50,7 @@ class Following:
 class Tracker:
     """The belts of a cell, and the one that is followed. `offsets` may be asked for more than is sent."""
 
-    def __init__(self, cell: Cell, scenario: Scenario | None) -> None:
+    def __init__(self, cell: Cell, scenario: Scenario | None, parts: PartQueues) -> None:
         scripts = {script.index: script for script in scenario.belts} if scenario is not None else {}
         seed = scenario.seed if scenario is not None else 0
         self.belts = {
@@ -61,7 +61,9 @@ class Tracker:
         self.index = 0
         self.lag = 0.0
         """Largest distance from the belt while coupled, m."""
-        self._taken = dict.fromkeys(self.belts, -1)  # the last part taken from each
+        self._tick = cell.tick
+        self._parts_taken = parts
+        self._taken = dict.fromkeys(self.belts, -1)  # the last part this robot took from each
         self._following: Following | None = None
         self._now = REST
         self._states: list[Follower] = []
@@ -89,21 +91,23 @@ class Tracker:
         self.index, self.phase, self.lag = index, Phase.WAITING, 0.0
 
     def part(self, tick: int) -> tuple[int, float] | None:
-        """In WAITING: the part to take in a tick and its travel since its trigger, if there is one."""
+        """In WAITING: the part to take in a tick, if any, and its way from where points are taught."""
         found = self._parts(tick, 1)[0]
         parts = self.belt.conveyor.parts
         if found < 0 or parts is None:
             return None
-        return int(found), float(self.belt.travel(np.array([tick]))[0]) - int(found) * parts.pitch
+        place = float(self.belt.travel(np.array([tick]))[0]) - int(found) * parts.pitch
+        return int(found), place + (parts.trigger - parts.taught)
 
-    def waits_in_vain(self, tick: int, time: float) -> bool:
+    def waits_in_vain(self, tick: int) -> bool:
         """In WAITING: the belt will never bring a part again."""
-        return time >= self.belt.rests_from and self.part(tick) is None
+        return tick >= self.belt.rest_tick and self.part(tick) is None
 
     def couple(self, following: Following, part: int | None) -> None:
         """The path has been moved to the reference; the robot sets out for it."""
         if part is not None:
             self._taken[self.index] = part
+            self._parts_taken.take(self.index, part)
         self._following = following
         self._now = Follower(-following.reference, 0.0, 0.0)
         self.phase = Phase.COUPLING
@@ -117,9 +121,27 @@ class Tracker:
         self.phase, self.index, self._following, self._now = Phase.OFF, 0, None, REST
 
     def rows(self, first: int, count: int) -> int:
-        """In WAITING: how many of the next ticks pass up to that in which there is a part."""
+        """In WAITING: how many of the next ticks pass up to that with a part, or with none ever again."""
+        if first <= self.belt.rest_tick < first + count:
+            count = int(self.belt.rest_tick) - first + 1
         found = np.flatnonzero(self._parts(first, count) >= 0)
         return int(found[0]) + 1 if len(found) else count
+
+    def foreseen(self, first: int, count: int, *, stopping: bool, held: bool) -> Floats:
+        """Displacements (N,) m in the next ticks: as `offsets` has them, and on at the same speed."""
+        places = self.offsets(first, count, stopping=stopping, held=held)
+        more = np.arange(1, count - len(places) + 1)
+        return np.concatenate((places, places[-1] + self._states[-1].speed * self._tick * more))
+
+    def ticks_to_rest(self) -> int:
+        """How many ticks the robot goes on with the belt if it is stopped now."""
+        if not self.moves:
+            return 0
+        assert self._following is not None, "only while a belt is followed"
+        now, ticks = self._now, 0
+        while now.speed != 0.0 or now.acceleration != 0.0:
+            now, ticks = self._following.follow.stop(now), ticks + 1
+        return ticks
 
     def offsets(self, first: int, count: int, *, stopping: bool, held: bool) -> Floats:
         """Displacements (N,) m along the belt in ticks first …, `count` at most: up to the next phase."""
@@ -205,6 +227,9 @@ class Tracker:
         place = self.belt.travel(np.arange(first, first + count)) + parts.trigger
         # part k is at place − k·pitch: the largest one that is not yet behind the window, from the next on
         oldest = np.ceil((place - high) / parts.pitch - 1e-9)
-        k = np.maximum(np.maximum(oldest, self._taken[self.index] + 1), 0)
+        k = np.maximum(np.maximum(oldest, self._taken[self.index] + 1), 0).astype(np.int64)
+        some, where = np.unique(k, return_inverse=True)
+        free = [self._parts_taken.next_free(self.index, part) for part in some.tolist()]
+        k = np.asarray(free, dtype=np.int64)[where]
         there = place - k * parts.pitch
         return np.where((there >= low) & (there <= high + 1e-9) & (there >= parts.trigger), k, -1)

@@ -40,6 +40,8 @@ class Tracking(Company):
     _following_next: Track | None = None
     _track_line = 0
     _told_coupled = False
+    _waiting_since = 0  # tick in which the TRK that waits for a part was reached
+    _given = False  # it is this robot's turn to take a part
 
     def track(self, call: Track) -> None:
         """The path has reached a TRK: the belt followed so far is left, then the new one is taken."""
@@ -59,6 +61,7 @@ class Tracking(Company):
         else:
             self.outlet.feed.tracker.begin(call.conveyor)
             self._track_line = call.line
+            self._waiting_since = self.trace.tick
 
     def leaves_belt(self, call: Call) -> bool:
         """At a program's end the belt is left first: True if it has to be."""
@@ -92,13 +95,35 @@ class Tracking(Company):
         if belt.conveyor.parts is not None:
             found = tracker.part(tick)
             if found is None:
-                if tracker.waits_in_vain(tick, self.trace.time):
+                if tracker.waits_in_vain(tick):
                     what = f"TRK {tracker.index} waits for a part, and the belt stands for good"
                     raise ExecutionError("E410", what, self._track_line)
                 return
+            if self.access is not None and not self._given:
+                return  # whose turn it is says the station, once all robots have come to this tick
             part, since = found
             latch -= since
         self._couple(latch, part)
+
+    @property
+    def claim(self) -> tuple[int, int, int] | None:
+        """Its rank among the robots that wait for parts, the least goes first; None: it does not wait.
+
+        The higher priority, then who has waited longer, then the earlier robot of the cell.
+        """
+        stopping = self._hold in (Hold.STOP, Hold.EMERGENCY)
+        if self.over or stopping or self.outlet.feed.tracker.phase is not Phase.WAITING:
+            return None
+        return -self.cell.priority, self._waiting_since, self.cell.number
+
+    def take_part(self) -> None:
+        """It is the robot's turn: it takes the next part in its window, if there is one."""
+        tracker = self.outlet.feed.tracker
+        if tracker.part(self.trace.tick) is None and not tracker.waits_in_vain(self.trace.tick):
+            return
+        self._given = True
+        self._settle()
+        self._given = False
 
     def _couple(self, latch: float, part: int | None) -> None:
         feed, tick = self.outlet.feed, self.trace.tick
@@ -120,7 +145,8 @@ class Tracking(Company):
         self.planner.rebase(q_ahead, reference * along)
         self._slow_path(along, q_ahead, speed)
         self._told_coupled = False
-        self.trace.emit("track", self._track_line, index=feed.tracker.index, action="latched")
+        more = {} if part is None else {"part": part}
+        self.trace.emit("track", self._track_line, index=feed.tracker.index, action="latched", **more)
 
     def _leave(self) -> None:
         """Decoupled: the path begins anew where the robot stands."""

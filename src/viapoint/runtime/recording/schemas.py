@@ -127,6 +127,7 @@ JSON_SCHEMAS = {
             "limits": STRING,
             "signal": STRING,
             "index": INTEGER,
+            "part": INTEGER,
             "action": STRING,
             "axis": STRING,
             "reason": STRING,

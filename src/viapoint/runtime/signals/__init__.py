@@ -3,6 +3,7 @@
 from viapoint.runtime.signals.bank import SignalBank
 from viapoint.runtime.signals.belts import Belt
 from viapoint.runtime.signals.loading import ScenarioError, load_scenario, parse_scenario
+from viapoint.runtime.signals.parts import PartQueues
 from viapoint.runtime.signals.scenario import (
     Answer,
     BeltScript,
@@ -21,6 +22,7 @@ __all__ = [
     "Change",
     "CorrectionScript",
     "MFlag",
+    "PartQueues",
     "Scenario",
     "ScenarioError",
     "SignalBank",

@@ -7,6 +7,7 @@ through its last samples.
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
@@ -19,6 +20,9 @@ Ints = npt.NDArray[np.int64]
 
 _SAMPLES: Final = 32
 """Samples of the encoder behind an estimate: noise falls with their number, lateness of changes grows."""
+
+_ROUNDING: Final = 1e-6
+"""Part of a tick by which a breakpoint may lie behind it and count as in it."""
 
 _BLOCK: Final = 1024
 """Ticks whose noise is drawn together, from the scenario's seed, the conveyor and the block's number."""
@@ -44,9 +48,9 @@ class Belt:
         self._speed_weights: Floats = (_SAMPLES * tau - tau.sum()) / spread
 
     @property
-    def rests_from(self) -> float:
-        """Time from which on the belt never moves again, s; inf if it does."""
-        return float(self._times[-1]) if self._speeds[-1] == 0.0 else np.inf
+    def rest_tick(self) -> float:
+        """Tick from which on the belt never moves again; inf if it does."""
+        return math.ceil(self._times[-1] / self._tick - _ROUNDING) if self._speeds[-1] == 0.0 else math.inf
 
     def travel(self, ticks: Ints) -> Floats:
         """(N,) m since tick 0, in truth."""

@@ -16,6 +16,7 @@ from typing import Self, assert_never
 
 from viapoint.runtime.cell import Cell, Signal, SignalKind
 from viapoint.runtime.signals.bank import SignalBank, Value
+from viapoint.runtime.signals.parts import PartQueues
 from viapoint.runtime.signals.scenario import Answer, Change, MFlag, Scenario
 from viapoint.vm.conditions import NUMBER, Reading
 
@@ -44,6 +45,8 @@ class SignalWorld:
         """`tick` in s. In a dry run the cell's process outputs stay off."""
         self.bank = SignalBank(cell.io)
         self.scenario = scenario
+        self.parts = PartQueues()
+        """What the robots have taken from the belts."""
         self._tick = tick
         self._held_off = cell.io.process_outputs if dry_run else frozenset()
         self._robot = 1
