@@ -52,7 +52,7 @@ def test_report(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """How long a belt is chased shows the last digit of its encoder: of belts the order of events is golden."""
+    """How long a belt is chased shows the last digit of its encoder: there the order of events is golden."""
     monkeypatch.chdir(EXAMPLES)
     done = report(station, capsys)
     golden = rounded(done)
