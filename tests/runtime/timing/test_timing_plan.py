@@ -153,7 +153,9 @@ def test_a_law_is_the_same_for_any_batch_and_its_inverse_fits() -> None:
     s = np.linspace(0.0, 1.0, 101)
     assert law.at(law.time_of(s))[0] == pytest.approx(s, abs=1e-12)
     assert law.t0 == 0.25
-    assert law.moved(1.25).at(t + 1.0)[0] == pytest.approx(law.at(t)[0], abs=1e-12)
+    moved = law.moved(1.25, 3.0, 4.0)
+    assert moved.at(t + 1.0)[0] == pytest.approx(law.at(t)[0] + 3.0, abs=1e-12)
+    assert (moved.s_start, moved.s_end) == (3.0, 4.0)
     later = law.without_past(0.6)
     assert np.array_equal(later.at(t[t > 0.6]), law.at(t[t > 0.6]))
     assert len(later.t) < len(law.t)

@@ -22,6 +22,7 @@ from viapoint.runtime.kernel.joining import Joiner
 from viapoint.runtime.kernel.sampling import NearSingular
 from viapoint.runtime.kernel.spans import Division, Span, divide, whole
 from viapoint.runtime.kernel.stretch import Stretch
+from viapoint.runtime.memo import Memo
 from viapoint.runtime.records import Floats, Ints
 from viapoint.runtime.robots import Robot
 
@@ -46,6 +47,7 @@ class AxisPath:
         self.inspect: Callable[[Stretch, Floats, Floats], None] | None = None
         """Told of every stretch before it is path, with its cells' widths and coefficients; may refuse it."""
         self._joiner = Joiner(robot, auxiliary)
+        self._known: Memo[tuple[Fitted, Sequence[Stretch]]] = Memo()  # kept so that no id comes again
         self._cells = Cells(self.driven + 4)
         self._last = np.concatenate((q_start, auxiliary.start, np.zeros(4)))
 
@@ -69,7 +71,9 @@ class AxisPath:
 
         Raises NearSingular where that is too much to ask, PlanningError where a pose is out of reach.
         """
-        return self._fit(stretches, [whole(stretch, configuration) for stretch in stretches])
+        key = configuration, self._last[: self.n].tobytes(), *(stretch.key for stretch in stretches)
+        spans = [whole(stretch, configuration) for stretch in stretches]
+        return self._known.get(key, lambda: (self._fit(stretches, spans), stretches))[0]
 
     def follow(self, stretch: Stretch, configuration: int, rest: tuple[bool, bool]) -> Division:
         """Compile one piece onto the end, through and past singular poses; entered in a configuration.
@@ -174,6 +178,10 @@ class AxisPath:
     def rates(self, s: Floats) -> Floats:
         """TCP length and angle per path parameter, (N, 2)."""
         return self._cells.evaluate(s, (1,), (self.driven + 2, self.driven + 4))[0]
+
+    def cells(self, s_from: float, s_to: float) -> tuple[Floats, Floats, Floats] | None:
+        """Starts, widths and tables of the cells from s_from to s_to; None if one lies across an end."""
+        return self._cells.between(s_from, s_to)
 
     def forget(self, s: float) -> None:
         """Drop what lies wholly before s: the robot will not come back there."""

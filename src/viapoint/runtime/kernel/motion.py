@@ -20,7 +20,9 @@ import numpy as np
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.failure import PlanningError
+from viapoint.runtime.kernel.leg import Leg
 from viapoint.runtime.kernel.route import Route
+from viapoint.runtime.memo import Memo
 from viapoint.runtime.records import Floats
 from viapoint.runtime.timing import (
     PROGRAMMED_SPEED,
@@ -30,6 +32,7 @@ from viapoint.runtime.timing import (
     TimingError,
     halt,
     profile,
+    within,
 )
 
 _HORIZON_PIECES: Final = 32
@@ -92,6 +95,7 @@ class Mover:
         )
         self._path = path
         self._profile = profile(cell.profile)
+        self._known: Memo[tuple[TimeLaw, Floats]] = Memo()
         self._slowing_until = -np.inf  # r up to which a higher override still holds, while slowing down
         self._slowing_from = override
 
@@ -117,20 +121,45 @@ class Mover:
         if end <= begin:
             return False
         self.direction, self._slowing_until = direction, -np.inf
-        curve = self._curve(end)
+        t0, leg = tick * self._tick, self._route.leg(begin, end) if direction > 0.0 else None
         try:
-            self.law = self._profile.plan(
-                curve,
-                self.limits,
-                partial(self._speed_bound, curve),
-                s_start=begin,
-                s_end=end,
-                tick=self._tick,
-                t0=tick * self._tick,
-            )
+            law = None if leg is None else self._again(leg, begin, end)
+            self.law = law.moved(t0, begin, end) if law else self._from_rest(self._curve(end), begin, end, t0)
         except TimingError as error:
             raise PlanningError("E320", f"the motion cannot be timed: {error}", line) from None
         return True
+
+    def _again(self, leg: Leg, begin: float, end: float) -> TimeLaw | None:
+        """The law of a leg as it was planned for one like it; None where it could not be moved to where this
+        one lies: parameters are rounded there, and differences over ticks magnify that.
+        """
+
+        def planned() -> tuple[TimeLaw, Floats]:
+            law = self._from_rest(leg, 0.0, leg.length)
+            return law, np.abs(leg.derivatives(law.s)[0]).max(axis=0)
+
+        law, rates = self._known.get((self.override, *leg.key), planned)
+        step = 2.0 * rates * np.spacing(end) / self._tick
+        felt = [
+            float(np.max(step / limit)) * factor
+            for limit, factor in (
+                (self.limits.speed, 1.0),
+                (self.limits.gentlest, 2.0 / self._tick),
+                (self.limits.jerk, 4.0 / self._tick**2),
+            )
+        ]
+        return law if within(law.quality.peaks, felt) else None
+
+    def _from_rest(self, curve: Leg | _Curve, begin: float, end: float, t0: float = 0.0) -> TimeLaw:
+        return self._profile.plan(
+            curve,
+            self.limits,
+            partial(self._speed_bound, curve),
+            s_start=begin,
+            s_end=end,
+            tick=self._tick,
+            t0=t0,
+        )
 
     def extend(self, tick: int) -> bool:
         """At `tick`, moving: let the law reach further if it is time to; True if later ticks changed."""
@@ -248,13 +277,12 @@ class Mover:
     def _curve(self, end: float) -> _Curve:
         return _Curve(self._route, self.direction, self.direction * self.s, end)
 
-    def _speed_bound(self, curve: _Curve, r: Floats) -> Floats:
+    def _speed_bound(self, curve: Leg | _Curve, r: Floats) -> Floats:
         """Bound (N,) on the rate of r (N,): programmed speed and speed limits, scaled by the override."""
-        s = curve.before_end(self.direction * r)
-        bound = self._route.speed_bound(s)
+        bound = curve.speed_bound(r)
         if self.override == 1.0 and self._slowing_until <= self.direction * self.s:
             return bound
-        rates = np.abs(self._route.axes.derivatives(s)[0])
+        rates = np.abs(curve.derivatives(r)[0])
         axes = np.where(rates > _STILL, self.limits.speed / np.maximum(rates, _STILL), np.inf)
         scale = np.where(r < self._slowing_until, self._slowing_from, self.override)
         return np.asarray(scale * np.minimum(bound, axes.min(axis=1)))
@@ -372,6 +400,10 @@ class _Curve:
     def derivatives(self, r: Floats) -> tuple[Floats, Floats, Floats]:
         first, second, third = self.route.axes.derivatives(self.before_end(self.direction * r))
         return self.direction * first, second, self.direction * third
+
+    def speed_bound(self, r: Floats) -> Floats:
+        """Programmed bound (N,) on the rate of r."""
+        return self.route.speed_bound(self.before_end(self.direction * r))
 
     def before_end(self, s: Floats) -> Floats:
         """s (N,) with the far end, if it is a stop that another motion follows, seen from this side of it."""

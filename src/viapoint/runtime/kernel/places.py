@@ -7,7 +7,7 @@ the line.
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import MutableMapping
+from collections.abc import Hashable, MutableMapping
 
 import numpy as np
 
@@ -59,6 +59,19 @@ class Places:
         if motion.frame != 0 and self._carrier is not None:
             X_base_frame[0, 3] -= e[self._carrier]
         return X_base_frame
+
+    def numbers(self, motion: Motion) -> tuple[Hashable, ...]:
+        """The numbers behind what a motion names, as they are now. Raises PlanningError."""
+        frame = self._moved.get(motion.frame) or self._cell.frames.get(motion.frame)
+        named = [self.shift, self.tool(motion.tool, motion.line)]
+        named += [] if frame is None else [frame.X_base_frame]
+        points: list[Hashable] = []
+        for target in (motion.target, motion.via):
+            point = None if target is None or target.point is None else self.point(target.point)
+            if point is not None:
+                named += [array for array in (point.pose, point.joints) if array is not None]
+                points.append((point.pose is None, point.auxiliary))
+        return *points, *(array.tobytes() for array in named)
 
     def point(self, index: int) -> Point | None:
         """A point as it is now; None where there is none."""

@@ -25,7 +25,7 @@ from viapoint.runtime.kernel.resolver import Resolver, Tangency
 from viapoint.runtime.kernel.route import Route
 from viapoint.runtime.kernel.winding import Winding
 from viapoint.runtime.kernel.zones import Passage
-from viapoint.runtime.path import Chain, GeometryError, Piece, Transition
+from viapoint.runtime.path import Chain, Corners, GeometryError, Piece, Transition
 from viapoint.runtime.records import Floats
 from viapoint.runtime.workspace import Monitor
 from viapoint.vm.conditions import Reading
@@ -83,8 +83,8 @@ class Planner:
         self._aborted: MotionError | None = None  # behind the barrier
         self._buffer = buffer
         self._resolver = Resolver(cell, q_start)
-        self._tolerance = cell.path_tolerance
-        self._chain = Chain(tolerance=self._tolerance)
+        self._corners = Corners(cell.path_tolerance)
+        self._chain = self._new_chain()
         self._stepping = stepping
         self._winding = Winding()
         self._io = cell.io
@@ -97,6 +97,9 @@ class Planner:
         self._forced_by: dict[int, int] = {}  # tag of a motion to the line that makes its end a stop
         self.monitor = Monitor(cell)
         self._watch_path()
+
+    def _new_chain(self) -> Chain:
+        return Chain(tolerance=self._corners.tolerance, corners=self._corners)
 
     def _cross(self, crossing: ZoneCrossing) -> None:
         self.zone_crossings.append(crossing)
@@ -164,7 +167,7 @@ class Planner:
     def end_here(self, tag: int, s: float) -> float:
         """Motion `tag`, behind which nothing is planned, ends at s; s of that place from now on."""
         place = self.route.cut(tag, s)
-        self._chain = Chain(tolerance=self._tolerance)
+        self._chain = self._new_chain()
         self._acting.begin_anew()
         self._resolver.begin_anew(*self.stand(place))
         return place

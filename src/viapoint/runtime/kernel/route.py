@@ -18,6 +18,7 @@ from viapoint.runtime.kernel.axispath import AxisPath
 from viapoint.runtime.kernel.failure import JointJump, OutOfReach, PlanningError
 from viapoint.runtime.kernel.growing import GrowingRows
 from viapoint.runtime.kernel.joints import HELD_TURN, held_turn, leaving_singular, tcp_kinematics
+from viapoint.runtime.kernel.leg import Leg
 from viapoint.runtime.kernel.resolver import Resolved
 from viapoint.runtime.kernel.sampling import NearSingular
 from viapoint.runtime.kernel.spans import Division
@@ -206,6 +207,17 @@ class Route:
             bisect.bisect_right(self._bounds_at, s_from) : bisect.bisect_left(self._bounds_at, s_to)
         ]
         return np.asarray(inside, dtype=np.float64)
+
+    def leg(self, s_from: float, s_to: float) -> Leg | None:
+        """What lies between two places; None where pieces do not begin and end there."""
+        cells = self.axes.cells(s_from, s_to)
+        first = bisect.bisect_left(self._bounds_at, s_from)
+        if cells is None or self._bounds_at[first : first + 1] != [s_from]:
+            return None
+        starts, widths, table = cells
+        last = bisect.bisect_left(self._bounds_at, s_to)
+        begins = np.searchsorted(starts, self._bounds_at[first:last])
+        return Leg(widths, table, begins, self._rules.rows[first:last].copy())
 
     def speed_bound(self, s: Floats) -> Floats:
         """Programmed bound (N,) on the rate of s."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from enum import Enum, unique
 from typing import Protocol, assert_never
@@ -68,6 +69,12 @@ class Stretch(FlangePath):
     curve: Piece
     line: int
     limits: PathLimits
+
+    @property
+    def key(self) -> Hashable:
+        """Equal for stretches of the same path, as long as they live."""
+        piece = self.curve
+        return id(piece.segment), piece.begin, piece.length, self.limits, self.X_tool_flange.tobytes()
 
     def limited_share(self, w: Floats) -> Floats:
         """How far path limits apply at w (N,): (N,) from 0 to 1."""

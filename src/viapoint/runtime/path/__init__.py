@@ -1,7 +1,7 @@
 """Geometry of the path: moves in, pieces out. No robot but injected kinematics, and no time."""
 
 from viapoint.runtime.path.chain import Chain, Mark, Transition
-from viapoint.runtime.path.corners import Reason
+from viapoint.runtime.path.corners import Corners, Reason
 from viapoint.runtime.path.errors import GeometryError
 from viapoint.runtime.path.moves import Corner, Move, MoveKind, Pose, Poses, Space, Tangential
 from viapoint.runtime.path.piece import Piece
@@ -15,6 +15,7 @@ from viapoint.runtime.path.tangential import tangential_move
 __all__ = [
     "Chain",
     "Corner",
+    "Corners",
     "GeometryError",
     "Mark",
     "Move",

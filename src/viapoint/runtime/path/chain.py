@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from viapoint.runtime.path.alignment import aligned, alignment, in_place, same
-from viapoint.runtime.path.corners import Passage, Reason, pass_corner
+from viapoint.runtime.path.corners import Corners, Passage, Reason
 from viapoint.runtime.path.errors import GeometryError
 from viapoint.runtime.path.moves import Corner, Floats, Move, MoveKind, Pose, Tangential
 from viapoint.runtime.path.piece import Piece
@@ -65,8 +65,9 @@ class Chain:
     C²; 0 makes them stops. `pieces`, `marks` and `transitions` only ever grow, until `take` empties them.
     """
 
-    def __init__(self, *, tolerance: float) -> None:
-        self.tolerance = tolerance
+    def __init__(self, *, tolerance: float, corners: Corners | None = None) -> None:
+        """`corners` may be shared with an earlier chain of the same tolerance."""
+        self._corners = corners or Corners(tolerance)
         self.pieces: list[Piece] = []
         self.marks: list[Mark] = []
         self.transitions: list[Transition] = []
@@ -161,7 +162,7 @@ class Chain:
             return
         passage = Passage(Reason.TANGENT)
         if same(left.move.tangential, right.move.tangential):
-            passage = pass_corner(left.segment, right.segment, _corner(left, right), self.tolerance)
+            passage = self._corners.passage(left.segment, right.segment, _corner(left, right))
         if passage.reason.stops:
             self._stop_between(left, right, passage.reason)
             return

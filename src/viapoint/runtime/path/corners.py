@@ -8,6 +8,7 @@ from enum import Enum, unique
 
 import numpy as np
 
+from viapoint.runtime.memo import Memo
 from viapoint.runtime.path.edges import round_edge
 from viapoint.runtime.path.moves import Corner, Floats, Space
 from viapoint.runtime.path.rates import norm
@@ -117,6 +118,22 @@ class Ruler:
     @staticmethod
     def _total(segment: Segment) -> float:
         return segment.arc.upto(segment.length)
+
+
+class Corners:
+    """Decides on corners between segments, and remembers those between the same two; tolerance in m."""
+
+    def __init__(self, tolerance: float) -> None:
+        self.tolerance = tolerance
+        self._known: Memo[tuple[Segment, Segment, Passage]] = Memo()  # with the segments: no id comes again
+
+    def passage(self, left: Segment, right: Segment, corner: Corner) -> Passage:
+        """How a corner is passed."""
+
+        def decided() -> tuple[Segment, Segment, Passage]:
+            return left, right, pass_corner(left, right, corner, self.tolerance)
+
+        return self._known.get((id(left), id(right), corner), decided)[2]
 
 
 def pass_corner(left: Segment, right: Segment, corner: Corner, tolerance: float) -> Passage:

@@ -8,6 +8,7 @@ from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.law import PROGRAMMED_SPEED, UNLIMITED, Quality, TimeLaw
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 from viapoint.runtime.timing.planner import extend, halt, plan
+from viapoint.runtime.timing.search import within
 from viapoint.runtime.timing.shaped import Profile, profile
 
 __all__ = [
@@ -24,4 +25,5 @@ __all__ = [
     "halt",
     "plan",
     "profile",
+    "within",
 ]

@@ -120,9 +120,14 @@ class TimeLaw:
         k = np.searchsorted(self.s, np.asarray(s, dtype=np.float64), side="right") - 1
         return self.limiter[np.clip(k, 0, len(self.limiter) - 1)]
 
-    def moved(self, t0: float) -> TimeLaw:
-        """The same law, starting at t0."""
-        return replace(self, t0=t0)
+    def moved(self, t0: float, s_start: float, s_end: float) -> TimeLaw:
+        """The same law, of a curve whose parameter is counted from elsewhere: from s_start at t0 to s_end."""
+        by = s_start - self.s_start
+        s, coeffs = self.s + by, self.coeffs.copy()
+        s[0], s[-1] = s_start, s_end
+        coeffs[:, 0] += by
+        plan = None if self.plan is None else self.plan.moved(by)
+        return replace(self, t0=t0, s=s, coeffs=coeffs, plan=plan)
 
     def without_past(self, t: float) -> TimeLaw:
         """The same law without the pieces that end well before time t: they cannot be asked again.

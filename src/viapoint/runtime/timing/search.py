@@ -6,6 +6,7 @@ Not here: equations (spline, rows), numerics (solver, ticks), what to do if no l
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -61,9 +62,9 @@ class Joint:
     plan: Plan | None
 
 
-def within(peaks: tuple[float, float, float]) -> bool:
-    """True if no tick is over a limit."""
-    speed, acceleration, jerk = peaks
+def within(peaks: Sequence[float], more: Sequence[float] = (0.0, 0.0, 0.0)) -> bool:
+    """True if no tick is over a limit, though speed, acceleration and jerk were `more` than their peaks."""
+    speed, acceleration, jerk = (peak + extra for peak, extra in zip(peaks, more, strict=True))
     return (
         speed <= SPEED_ALLOWED + _ROUNDING
         and acceleration <= ACCELERATION_ALLOWED + _ROUNDING

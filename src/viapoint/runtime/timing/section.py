@@ -57,6 +57,10 @@ class Plan:
     tightening: Tightening
     first_knot: int
 
+    def moved(self, by: float) -> Plan:
+        """The plan of the same curve, with so much added to its parameter."""
+        return replace(self, spline=replace(self.spline, knots=self.spline.knots + by))
+
 
 @dataclass(frozen=True, slots=True)
 class State:
