@@ -31,6 +31,7 @@ from viapoint.runtime.timing import (
     TimeLaw,
     TimingError,
     halt,
+    positions,
     profile,
     within,
 )
@@ -295,9 +296,9 @@ class Mover:
     def places(self, first_tick: int, count: int) -> tuple[Floats, bool]:
         """s (N,) at no more than `count` ticks from first_tick on; True if the last one is at rest."""
         law = self._moving
-        times = np.arange(first_tick, first_tick + count, dtype=np.float64) * self._tick
-        left = int(np.searchsorted(times, law.t_end - _ROUNDING * self._tick)) + 1
-        r, _, _ = law.at(times[:left])
+        first = first_tick - round(law.t0 / self._tick)
+        left = math.ceil(law.duration / self._tick - _ROUNDING) - first + 1
+        r = positions(law, first, first + min(left, count) - 1, self._tick)
         r = np.minimum(r, np.nextafter(law.s_end, -np.inf))  # at the end itself is the tick of arrival alone
         arrived = left <= count
         if arrived:

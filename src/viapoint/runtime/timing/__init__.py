@@ -8,7 +8,7 @@ from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.law import PROGRAMMED_SPEED, UNLIMITED, Quality, TimeLaw
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 from viapoint.runtime.timing.planner import extend, halt, plan
-from viapoint.runtime.timing.search import within
+from viapoint.runtime.timing.search import positions, within
 from viapoint.runtime.timing.shaped import Profile, profile
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "extend",
     "halt",
     "plan",
+    "positions",
     "profile",
     "within",
 ]

@@ -80,11 +80,16 @@ def law_of(t0: float, knots: Knots, plan: Plan | None) -> TimeLaw:
     return TimeLaw(t0, t, s, v, a, width, coeffs, limiter, Quality("none"), plan)
 
 
+def positions(law: TimeLaw, first: int, last: int, tick: float) -> Floats:
+    """s at the ticks first … last, counted from the law's start: the very numbers its check looked at."""
+    return chosen().positions(law.t, law.width, law.coeffs, law.s_end, first, last, tick)
+
+
 def set_points(ask: Request, law: TimeLaw, since: float) -> tuple[Floats, Floats]:
     """s (N,) and axes (N, m) at the ticks from three before `since` (s after t0) to three after the end."""
     first = math.floor(since / ask.tick) - 3
     last = math.ceil(law.duration / ask.tick) + 3
-    s = chosen().positions(law.t, law.width, law.coeffs, law.s_end, first, last, ask.tick)
+    s = positions(law, first, last, ask.tick)
     q = ask.curve.values(s)
     if not np.isfinite(q).all():
         where = float(s[int(np.argmin(np.isfinite(q).all(axis=1)))])
