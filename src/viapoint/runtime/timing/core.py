@@ -12,58 +12,90 @@ import numpy as np
 
 from viapoint.runtime import core
 from viapoint.runtime.records import Floats
-from viapoint.runtime.timing import programmed, rooms, rows, selection, solver, ticks
+from viapoint.runtime.timing import law, programmed, rooms, rows, selection, solver, spline, ticks, tighten
+from viapoint.runtime.timing.law import Knots
 from viapoint.runtime.timing.limits import AxisLimits
 from viapoint.runtime.timing.rows import AxisRows, Problem, Rows, Tightening
+from viapoint.runtime.timing.spline import Spline
 
 
 @dataclass(frozen=True, slots=True)
 class Numerics:
-    """The functions that compiled modules replace, documented at their twins: `solver`, `ticks`, `rows`,
-    `selection`, `programmed` and `rooms`."""
+    """The functions that compiled modules replace, documented at their twins."""
 
     name: str
     improve: Callable[[Problem, Floats, solver.State, float, int], Floats]
+    fresh: Callable[[Problem, Floats], solver.State]
+    lift: Callable[[Problem, Floats, solver.State], None]
     positions: Callable[[Floats, Floats, Floats, float, int, int, float], Floats]
     ratios: Callable[[Floats, AxisLimits, float], tuple[Floats, Floats, Floats]]
+    touched: Callable[[Floats, Floats, Floats, float, float], Floats]
+    trace: Callable[[Spline, Floats, float], Knots]
+    hermite: Callable[[Floats, Floats, Floats, Floats], tuple[Floats, Floats]]
     axis_rows: Callable[..., AxisRows]
+    sides: Callable[[Floats, Floats, Floats], tuple[Floats, Floats]]
+    bounds: Callable[[Floats, Floats, Floats], tuple[Floats, Floats]]
     tightened: Callable[[Rows, Tightening, Floats], Problem]
+    cut: Callable[[Problem, selection.Selection], Problem]
     usage: Callable[[Problem, Floats], tuple[Floats, Floats]]
     allowed: Callable[[Floats, Floats, Floats], Floats]
     room: Callable[[Floats, Floats], Floats]
+    ceilings: Callable[..., tuple[Floats, Floats, int]]
 
 
 TWIN: Final = Numerics(
     "python",
-    solver.improve,
-    ticks.positions,
-    ticks.ratios,
-    rows.axis_rows,
-    rows.tightened,
-    selection.usage,
-    programmed.allowed,
-    rooms.room,
+    improve=solver.improve,
+    fresh=solver.fresh,
+    lift=solver.lift,
+    positions=ticks.positions,
+    ratios=ticks.ratios,
+    touched=tighten.touched,
+    trace=spline.trace,
+    hermite=law.hermite,
+    axis_rows=rows.axis_rows,
+    sides=rows.sides,
+    bounds=rows.bounds,
+    tightened=rows.tightened,
+    cut=selection.cut,
+    usage=selection.usage,
+    allowed=programmed.allowed,
+    room=rooms.room,
+    ceilings=rooms.ceilings,
 )
+
+_MODULES: Final = ("timing._core", "timing._rows", "timing._laws")
 
 
 def chosen() -> Numerics:
     """Those that VIAPOINT_CORE asks for. Raises ValueError as `runtime.core.chosen`."""
-    modules = core.chosen("timing._core"), core.chosen("timing._rows")
-    return TWIN if modules[0] is None or modules[1] is None else _compiled(modules[0], modules[1])
+    solving, rowing, lawing = (core.chosen(name) for name in _MODULES)
+    if solving is None or rowing is None or lawing is None:
+        return TWIN
+    return _compiled(solving, rowing, lawing)
 
 
 @cache
-def _compiled(module: ModuleType, rows_module: ModuleType) -> Numerics:
+def _compiled(solving: ModuleType, rowing: ModuleType, lawing: ModuleType) -> Numerics:
     return Numerics(
         "compiled",
-        module.improve,
-        module.positions,
-        _contiguous(module.ratios),
-        rows_module.axis_rows,
-        rows_module.tightened,
-        rows_module.usage,
-        rows_module.allowed,
-        rows_module.room,
+        improve=solving.improve,
+        fresh=lawing.fresh,
+        lift=lawing.lift,
+        positions=solving.positions,
+        ratios=_contiguous(solving.ratios),
+        touched=lawing.touched,
+        trace=lawing.trace,
+        hermite=lawing.hermite,
+        axis_rows=rowing.axis_rows,
+        sides=lawing.sides,
+        bounds=lawing.bounds,
+        tightened=rowing.tightened,
+        cut=lawing.cut,
+        usage=rowing.usage,
+        allowed=rowing.allowed,
+        room=rowing.room,
+        ceilings=lawing.ceilings,
     )
 
 

@@ -161,16 +161,15 @@ def _limits_at(
     """First derivatives (N, m), speed limits and programmed speeds (N,) at s; checked to be finite."""
     first, second, third = curve.derivatives(s)
     programmed = bound(s)
-    finite = np.isfinite(first + second + third).all(axis=1) & ~np.isnan(programmed) & (programmed > 0.0)
-    if not finite.all():
-        where = float(s[int(np.argmin(finite))])
+    ceiling, cubed, bad = chosen().ceilings(
+        first, second, third, programmed, limits.speed, limits.gentlest, limits.jerk
+    )
+    if bad >= 0:
+        where = float(s[bad])
         raise TimingError(
             f"the curve or its programmed speed is not a finite number at s = {where:.9g}", where
         )
-    room_of = chosen().room
-    ceiling = np.minimum(programmed, room_of(first, limits.speed))
-    ceiling = np.minimum(ceiling, np.sqrt(room_of(second, limits.gentlest)))
-    return first, np.minimum(ceiling, np.cbrt(room_of(third, limits.jerk))), programmed
+    return first, np.minimum(ceiling, np.cbrt(cubed)), programmed
 
 
 def _straight(first: Floats, programmed: Floats) -> StraightLine | None:

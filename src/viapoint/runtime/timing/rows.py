@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -101,6 +101,17 @@ class AxisRows:
     middle: Floats
 
 
+class RowNumerics(Protocol):
+    """The functions that `build` is made of."""
+
+    @property
+    def axis_rows(self) -> Callable[..., AxisRows]: ...
+    @property
+    def sides(self) -> Callable[[Floats, Floats, Floats], tuple[Floats, Floats]]: ...
+    @property
+    def bounds(self) -> Callable[[Floats, Floats, Floats], tuple[Floats, Floats]]: ...
+
+
 def build(
     spline: Spline,
     first: Floats,
@@ -110,21 +121,21 @@ def build(
     programmed: Floats,
     edges: Floats,
     in_jerk: Floats,
-    axis_rows: Callable[..., AxisRows],
+    numerics: RowNumerics,
 ) -> Rows:
     """Rows from the curve's first and second derivatives (n+1, m) at the knots, and the third (n, m) just
     inside the left and the right ends of the pieces.
 
     `programmed` (3, n) bounds ṡ at the left end, middle and right end of the pieces, between `edges`
-    (n+1,); `in_jerk` (m,) are the jerk limits planned with, `axis_rows` the function of this module or its
-    compiled twin.
+    (n+1,); `in_jerk` (m,) are the jerk limits planned with, `numerics` the functions of this module or their
+    compiled twins.
     """
     scale = limits.gentlest * ACCELERATION_PART
-    each = axis_rows(spline, first, second, third, scale, in_jerk * JERK_PART, limits.speed)
+    each = numerics.axis_rows(spline, first, second, third, scale, in_jerk * JERK_PART, limits.speed)
     lo, hi, left, right, ends, middle = each.lo, each.hi, each.left, each.right, each.ends, each.middle
-    above, below = _sides(first, limits, scale)
+    above, below = _above_and_below(first, limits, scale, numerics)
     axis_speed = np.maximum(np.maximum(ends[:, 1:], ends[:, :-1]), middle)
-    inverse_max, knot_max = _speed(ends.max(axis=0, initial=0.0), middle.max(axis=0, initial=0.0), programmed)
+    inverse_max, knot_max = numerics.bounds(ends, middle, programmed)
     _bound_rest(spline, first, in_jerk * JERK_PART, inverse_max)
     if spline.fixed:
         inverse_max[: spline.fixed] = 0.0
@@ -156,18 +167,28 @@ def axis_rows(
     )
 
 
-def _sides(first: Floats, limits: AxisLimits, scale: Floats) -> tuple[Floats, Floats]:
+def _above_and_below(
+    first: Floats, limits: AxisLimits, scale: Floats, numerics: RowNumerics
+) -> tuple[Floats, Floats]:
     """Limits above and below: along the motion of an axis its acceleration, against it its deceleration."""
     knots, axes = first.shape
     if limits.deceleration is None:
         ones = np.ones((axes + 1, knots))
         return ones, ones
     with np.errstate(invalid="ignore"):
-        speeding = np.fmin(limits.acceleration * ACCELERATION_PART / scale, _UNBOUNDED)[:, None]
-        braking = np.fmin(limits.deceleration * ACCELERATION_PART / scale, _UNBOUNDED)[:, None]
+        speeding = np.fmin(limits.acceleration * ACCELERATION_PART / scale, _UNBOUNDED)
+        braking = np.fmin(limits.deceleration * ACCELERATION_PART / scale, _UNBOUNDED)
+    return numerics.sides(first, speeding, braking)
+
+
+def sides(first: Floats, speeding: Floats, braking: Floats) -> tuple[Floats, Floats]:
+    """Limits above and below (m+1, n+1) of axes with first derivatives (n+1, m), speeding up and braking
+    (m,); the last row, of x, is 1.
+    """
     forward = _by_axis(first) >= 0.0
-    one = np.ones((1, knots))
-    above, below = np.where(forward, speeding, braking), np.where(forward, braking, speeding)
+    up, down = speeding[:, None], braking[:, None]
+    one = np.ones((1, len(first)))
+    above, below = np.where(forward, up, down), np.where(forward, down, up)
     return np.vstack((above, one)), np.vstack((below, one))
 
 
@@ -207,20 +228,22 @@ def _axis_speed(spline: Spline, first: Floats, second: Floats, speed: Floats) ->
     return _by_axis(np.abs(first) / speed), _by_axis(np.abs(middle) / speed)
 
 
-def _speed(ends: Floats, middle: Floats, programmed: Floats) -> tuple[Floats, Floats]:
+def bounds(ends: Floats, middle: Floats, programmed: Floats) -> tuple[Floats, Floats]:
     """1/bound (n,) of c and bound (n+1,) of x at the knots, from the axes' speeds over their limits at ṡ = 1.
 
     Where the bound of x varies over a piece, x follows it if its knots are on it and c where the parabola
     through both ends and the middle has its control point; never below the smallest of the three.
     """
-    rates = np.stack((ends[:-1], middle, ends[1:]))
+    fastest = ends.max(axis=0, initial=0.0)
+    rates = np.stack((fastest[:-1], middle.max(axis=0, initial=0.0), fastest[1:]))
     with np.errstate(divide="ignore", invalid="ignore"):
         three = np.minimum(1.0 / rates, programmed) ** 2
         left, x, right = three
         c = np.minimum(2.0 * x - 0.5 * (left + right), three.max(axis=0))
     c = np.fmax(c, three.min(axis=0))
     knots = np.minimum(np.append(left, right[-1:]), np.append(left[:1], right))
-    return 1.0 / (c * SPEED_PART**2), knots * SPEED_PART**2
+    part = SPEED_PART * SPEED_PART
+    return 1.0 / (c * part), knots * part
 
 
 def _bound_rest(spline: Spline, first: Floats, jerk: Floats, inverse_max: Floats) -> None:

@@ -16,7 +16,7 @@ from viapoint.runtime.records import Floats
 from viapoint.runtime.timing import selection, solver
 from viapoint.runtime.timing.core import chosen
 from viapoint.runtime.timing.errors import TimingError
-from viapoint.runtime.timing.law import UNLIMITED, Knots, Quality, TimeLaw, hermite
+from viapoint.runtime.timing.law import UNLIMITED, Knots, Quality, TimeLaw
 from viapoint.runtime.timing.report import of_rows
 from viapoint.runtime.timing.rows import Tightening
 from viapoint.runtime.timing.section import Plan, Request, Section, State
@@ -75,7 +75,7 @@ def within(peaks: Sequence[float], more: Sequence[float] = (0.0, 0.0, 0.0)) -> b
 def law_of(t0: float, knots: Knots, plan: Plan | None) -> TimeLaw:
     """The law through knots, starting at t0; not judged yet."""
     t, s, v, a = knots
-    width, coeffs = hermite(t, s, v, a)
+    width, coeffs = chosen().hermite(t, s, v, a)
     limiter = np.full(len(width), UNLIMITED, dtype=np.int16)
     return TimeLaw(t0, t, s, v, a, width, coeffs, limiter, Quality("none"), plan)
 
@@ -126,7 +126,8 @@ class Search:
         while (
             c is not None and self.passes < _PASSES and not (within(law.quality.peaks) or self._crawls(law))
         ):
-            factors = tighten(factors, self.spline.knots, s, r, self.spline.fixed, self.passes)
+            knots, fixed = self.spline.knots, self.spline.fixed
+            factors = tighten(factors, knots, s, r, fixed, self.passes, self.numerics.touched)
             c = self._solve(c, factors, _FINALLY)
             if c is not None:
                 law, s, r = self._judge(c, factors)
@@ -148,13 +149,13 @@ class Search:
         every = self.numerics.tightened(self.section.rows, factors, c)
         selected = self.selected or selection.select(self.numerics.usage(every, c))
         while True:
-            problem = selection.cut(every, selected)
+            problem = self.numerics.cut(every, selected)
             if self.solved is None:
-                self.solved = solver.fresh(problem, c)
+                self.solved = self.numerics.fresh(problem, c)
             elif selected is self.selected:
-                solver.lift(problem, c, self.solved)
+                self.numerics.lift(problem, c, self.solved)
             else:
-                self.solved = replace(solver.fresh(problem, c), iterations=self.solved.iterations)
+                self.solved = replace(self.numerics.fresh(problem, c), iterations=self.solved.iterations)
             self.selected = selected
             c = self.numerics.improve(problem, c, self.solved, tolerance, _ITERATIONS)
             if not self._sensible(c, self.solved):
@@ -174,7 +175,8 @@ class Search:
     def _judge(self, c: Floats, factors: Tightening) -> tuple[TimeLaw, Floats, Ratios]:
         """The law of c, the parameters at its ticks and their ratios."""
         self.passes += 1
-        law = self._joined(self._knots(c), Plan(self.spline, c, factors, self._first_knot()))
+        knots = self.numerics.trace(self.spline, c, self.ask.s_end)
+        law = self._joined(knots, Plan(self.spline, c, factors, self._first_knot()))
         if self._crawls(law):
             none = np.zeros(0)
             return (
@@ -193,31 +195,6 @@ class Search:
     def _crawls(self, law: TimeLaw) -> bool:
         """Whether a law in motion takes so long that its rows cannot be meant."""
         return self.joint is not None and law.duration - self.joint.t > _CRAWLS * self.section.expected
-
-    def _knots(self, c: Floats) -> Knots:
-        """Times (from the first knot), positions, speeds, accelerations; rest pieces included."""
-        spline = self.spline
-        x, slope = spline.at_knots(c)
-        x = np.maximum(x, 0.0)
-        duration = spline.durations(c, x)
-        last = 3.0 * spline.rest_end / math.sqrt(x[-1])
-        s, v, a = spline.knots, np.sqrt(x), 0.5 * slope
-        if spline.fixed:
-            s, v, a, duration = s[1:], v[1:], a[1:], duration[1:]
-            before = np.zeros(0)
-        else:
-            first = 3.0 * spline.rest_start / math.sqrt(x[0])
-            before = np.array([spline.knots[0] - spline.rest_start])
-            duration = np.concatenate(([first], duration))
-        t = np.concatenate(([0.0], np.cumsum(duration), [0.0]))
-        t[-1] = t[-2] + last
-        still = np.zeros(len(before))
-        return (
-            t,
-            np.concatenate((before, s, [self.ask.s_end])),
-            np.concatenate((still, v, [0.0])),
-            np.concatenate((still, a, [0.0])),
-        )
 
     def _joined(self, knots: Knots, plan: Plan) -> TimeLaw:
         if self.joint is None:
@@ -241,7 +218,7 @@ def continued_law(joint: Joint, knots: Knots, plan: Plan | None) -> TimeLaw:
     """The joint's law up to its cut, then the new knots (the first is the cut)."""
     old, k = joint.law, joint.pieces
     t, s, v, a = knots
-    width, coeffs = hermite(t, s, v, a)
+    width, coeffs = chosen().hermite(t, s, v, a)
     join = np.concatenate
     return TimeLaw(
         old.t0,

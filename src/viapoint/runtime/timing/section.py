@@ -210,8 +210,7 @@ def _rows(ask: Request, spline: Spline, breaks: Breaks) -> Rows:
     in_jerk = np.where(counts, ask.limits.jerk, np.inf)
     slowest = programmed.on_pieces(spline, breaks.places, ask.bound)
     edges = programmed.edges(knots, breaks.places, breaks.knots)
-    each = chosen().axis_rows
-    return limiting.build(spline, first, second, third, ask.limits, slowest, edges, in_jerk, each)
+    return limiting.build(spline, first, second, third, ask.limits, slowest, edges, in_jerk, chosen())
 
 
 def _derivatives(curve: AxisCurve, knots: Floats) -> tuple[Floats, Floats, tuple[Floats, Floats]]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from viapoint.runtime.records import Floats
 from viapoint.runtime.timing import ladder, planner, shapes
+from viapoint.runtime.timing.core import chosen
 from viapoint.runtime.timing.curve import AxisCurve
 from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.estimate import Estimate, StraightLine, estimate
@@ -154,7 +155,7 @@ class _Search:
             law, s, r = self._law(changes, passes)
             if within(law.quality.peaks):
                 break
-            factors = tighten(factors, grid.edges, s, r, 0, passes)
+            factors = tighten(factors, grid.edges, s, r, 0, passes, chosen().touched)
         return law
 
     def _changes(self, grid: ladder.Cells) -> list[Change] | None:

@@ -9,21 +9,24 @@ begins with a virtual piece instead; it and the first real piece are given by sp
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from viapoint.runtime.records import Floats
+from viapoint.runtime.timing.law import Knots
 
 FIXED_IN_MOTION: Final = 2
 """Coefficients that the state at the start of a section in motion determines."""
 
-_GAUSS_NODES, _GAUSS_WEIGHTS = (
-    (0.5 * (np.polynomial.legendre.leggauss(4)[0] + 1.0)),
-    0.5 * np.polynomial.legendre.leggauss(4)[1],
-)
-_TINY: Final = 1e-300
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_INNER: Final = 0.5 * (_NODES + 1.0)
+GAUSS: Final = (0.5 * _WEIGHTS, (1.0 - _INNER) ** 2, 2.0 * _INNER * (1.0 - _INNER), _INNER * _INNER)
+"""Weights of four places in a piece, and those of its Bézier coefficients there, (4,) each."""
+
+TINY: Final = 1e-300
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,11 +59,36 @@ class Spline:
     def durations(self, c: Floats, x: Floats) -> Floats:
         """Times (n,) of the pieces, ∫ds/√x by four-point Gauss quadrature; x (n+1,) at the knots."""
         total = np.zeros_like(c)
-        for u, w in zip(_GAUSS_NODES, _GAUSS_WEIGHTS, strict=True):
-            inner = (1 - u) ** 2 * x[:-1] + 2 * u * (1 - u) * c + u * u * x[1:]
-            total += w / np.sqrt(np.maximum(inner, _TINY))
+        for w, left, middle, right in zip(*GAUSS, strict=True):
+            inner = left * x[:-1] + middle * c + right * x[1:]
+            total += w / np.sqrt(np.maximum(inner, TINY))
         result: Floats = total * self.width
         return result
+
+
+def trace(spline: Spline, c: Floats, s_end: float) -> Knots:
+    """The law of coefficients c (n,): its knots from rest, or from the state in motion, to rest at s_end."""
+    x, slope = spline.at_knots(c)
+    x = np.maximum(x, 0.0)
+    duration = spline.durations(c, x)
+    last = 3.0 * spline.rest_end / math.sqrt(x[-1])
+    s, v, a = spline.knots, np.sqrt(x), 0.5 * slope
+    if spline.fixed:
+        s, v, a, duration = s[1:], v[1:], a[1:], duration[1:]
+        before = np.zeros(0)
+    else:
+        first = 3.0 * spline.rest_start / math.sqrt(x[0])
+        before = np.array([spline.knots[0] - spline.rest_start])
+        duration = np.concatenate(([first], duration))
+    t = np.concatenate(([0.0], np.cumsum(duration), [0.0]))
+    t[-1] = t[-2] + last
+    still = np.zeros(len(before))
+    return (
+        t,
+        np.concatenate((before, s, [s_end])),
+        np.concatenate((still, v, [0.0])),
+        np.concatenate((still, a, [0.0])),
+    )
 
 
 def make(knots: Floats, rest_start: float, rest_end: float) -> Spline:

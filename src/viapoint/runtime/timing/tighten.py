@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -29,13 +30,23 @@ _ACCELERATION_MOST: Final = 1.2
 """Largest ratio answered in one pass."""
 
 
-def tighten(now: Tightening, knots: Floats, s: Floats, r: Ratios, fixed: int, passes: int) -> Tightening:
-    """Factors for the next pass from the ratios at ticks s (N,); those of given pieces stay."""
+def tighten(
+    now: Tightening,
+    knots: Floats,
+    s: Floats,
+    r: Ratios,
+    fixed: int,
+    passes: int,
+    touched: Callable[[Floats, Floats, Floats, float, float], Floats],
+) -> Tightening:
+    """Factors for the next pass from the ratios at ticks s (N,); those of given pieces stay.
+
+    `touched` is the function of this module or its compiled twin.
+    """
     late = 1.0 - _LATER * max(0, passes - _SOON)
-    speed = _on_pieces(knots, s, r.speed, SPEED_AIM)
-    acceleration = _on_pieces(knots, s, r.acceleration, ACCELERATION_AIM, late)
-    acceleration = np.minimum(acceleration, _ACCELERATION_MOST)
-    jerk = np.minimum(_on_pieces(knots, s, r.jerk, JERK_AIM), _JERK_MOST)
+    speed = touched(knots, s, r.speed, SPEED_AIM, 1.0)
+    acceleration = np.minimum(touched(knots, s, r.acceleration, ACCELERATION_AIM, late), _ACCELERATION_MOST)
+    jerk = np.minimum(touched(knots, s, r.jerk, JERK_AIM, 1.0), _JERK_MOST)
     at_knots = np.maximum(
         np.append(acceleration[:1], acceleration), np.append(acceleration, acceleration[-1:])
     )
@@ -49,8 +60,8 @@ def tighten(now: Tightening, knots: Floats, s: Floats, r: Ratios, fixed: int, pa
     )
 
 
-def _on_pieces(knots: Floats, s: Floats, ratio: Floats, aim: float, late: float = 1.0) -> Floats:
-    """Largest ratio/aim, at least 1, of the differences over the aim that touch each piece (n,)."""
+def touched(knots: Floats, s: Floats, ratio: Floats, aim: float, late: float) -> Floats:
+    """Largest ratio/(aim·late), at least 1, of the differences over the aim that touch each piece (n,)."""
     n = len(knots) - 1
     factor = np.ones(n)
     over = np.flatnonzero(ratio > aim)
