@@ -18,8 +18,8 @@ from .info import Floats
 from .schemas import ANY, AXES, COLUMNS, FIRST_TICK
 from .wire import LENGTH, WireError, read_fields, tag, varint, varint_field
 
-# One second at 1 ms: what a crash may cost, and little enough overhead per tick.
-BLOCK_TICKS = 1000
+# Two seconds at 1 ms: what a crash may cost, and little enough overhead per tick.
+BLOCK_TICKS = 2000
 
 Columns = dict[str, Floats]
 
