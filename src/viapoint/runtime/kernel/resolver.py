@@ -119,6 +119,7 @@ class Resolver:
         self._joint_before = False
         self._known: Memo[tuple[Resolved, bool, bool]] = Memo()
         self._stops: Memo[bool] = Memo()
+        self._targets: Memo[Floats] = Memo()
         self._inverse = (np.eye(4), np.eye(4))  # the last tool and X_tool_flange
         self._edge_before = 0.0  # R of the last motion, mm
         self._doubtful_end = False  # of a joint move, if a path motion follows
@@ -257,7 +258,11 @@ class Resolver:
             q = self.places.with_joints(self.stand.q, motion)
         else:
             X = self._target_pose(target, motion, X_flange_tool, e) @ self._from_tool(X_flange_tool)
-            return motion_target(self.robot, X, self.stand.q, self.places.references(motion), motion.line)
+            start, references = self.stand.q, self.places.references(motion)
+            return self._targets.get(
+                (X.tobytes(), start.tobytes(), references.tobytes()),
+                lambda: motion_target(self.robot, X, start, references, motion.line),
+            )
         self.places.check_range(q, motion)
         return q
 

@@ -202,29 +202,30 @@ class Robot:
         and the free joints of a singular pose keep the reference's values.
         """
         branches = self.kinematics.ik(X_base_flange, reference)
-        result: list[Solution] = []
-        principal: list[Floats] = []
-        for index in np.flatnonzero(branches.valid).tolist():
-            q = branches.q[index]
-            if any(np.abs(q - other).max() < SAME_SOLUTION for other in principal):
-                continue  # at a singular pose branches meet
-            principal.append(q)
-            names = self.configuration_names(index)
-            result += (Solution(joints, index, names) for joints in self._turns_inside(q))
+        valid = np.flatnonzero(branches.valid)
+        q = branches.q[valid]
+        same = np.abs(q[:, None] - q).max(axis=2) < SAME_SOLUTION
+        met = np.tril(same, -1).any(axis=1)  # at a singular pose branches meet
+        result = [
+            Solution(joints, index, self.configuration_names(index))
+            for index, turned in zip(valid[~met].tolist(), self._turns_inside(q[~met]), strict=True)
+            for joints in turned
+        ]
         if reference is not None:
             result.sort(key=lambda solution: self.distance(solution.joints, reference))
         return result
 
-    def _turns_inside(self, q: Floats) -> list[Floats]:
-        """All joint vectors that differ from q by full turns and lie in the ranges."""
-        lower, upper = self.limits.lower - RANGE_TOLERANCE, self.limits.upper + RANGE_TOLERANCE
-        choices = [
-            _inside(*numbers)
-            for numbers in zip(
-                q.tolist(), lower.tolist(), upper.tolist(), self.prismatic.tolist(), strict=True
-            )
+    def _turns_inside(self, q: Floats) -> list[list[Floats]]:
+        """Of each of q (N, n), all joint vectors that differ by full turns and lie in the ranges."""
+        lower, upper = self.limits.lower - RANGE_TOLERANCE - q, self.limits.upper + RANGE_TOLERANCE - q
+        first, last = np.ceil(lower / TURN), np.floor(upper / TURN)
+        outside = (lower > 0.0) | (upper < 0.0)
+        first, last = (np.where(self.prismatic, end, x) for end, x in ((0.0, first), (0.0 - outside, last)))
+        every = zip(q, first.astype(int).tolist(), last.astype(int).tolist(), strict=True)
+        return [
+            [one + TURN * np.array(turns) for turns in itertools.product(*map(_through, least, most))]
+            for one, least, most in every
         ]
-        return [np.array(turned) for turned in itertools.product(*choices)]
 
     def distance(self, a: Floats, b: Floats) -> float:
         """Length of the joint move from a to b (n,), every joint in units of its speed limit: s."""
@@ -260,9 +261,5 @@ class Robot:
         return np.asarray(np.linalg.solve(self.coupling, joints)[..., 0], dtype=np.float64)
 
 
-def _inside(value: float, lower: float, upper: float, prismatic: bool) -> list[float]:
-    """A joint's value, and those that differ by full turns, as far as they are in its range."""
-    if prismatic:
-        return [value] if lower <= value <= upper else []
-    first, last = math.ceil((lower - value) / TURN), math.floor((upper - value) / TURN)
-    return [value + TURN * turns for turns in range(first, last + 1)]
+def _through(first: int, last: int) -> range:
+    return range(first, last + 1)

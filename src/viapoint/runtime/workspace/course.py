@@ -23,7 +23,11 @@ def grid(travel: float, thinnest: float) -> Floats:
     """
     spacing = min(_COARSEST, thinnest) if thinnest > 0.0 else _COARSEST
     count = int(min(max(np.ceil(travel / spacing), 1), _MOST_PLACES))
-    return np.linspace(travel / count, travel, count) if travel > 0.0 else np.zeros(1)
+    if travel <= 0.0:
+        return np.zeros(1)
+    places = np.arange(1.0, count + 1.0) * (travel / count)
+    places[-1] = travel
+    return places
 
 
 def paces(coeffs: Floats, pace: Floats) -> tuple[Floats, Floats]:
