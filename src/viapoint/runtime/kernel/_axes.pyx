@@ -157,18 +157,34 @@ cdef inline Py_ssize_t _cell(const double[::1] starts, double s, Py_ssize_t near
     return max(low - 1, 0)
 
 
-def rate_bounds(const double[:, ::1] rules, const long[::1] which, const double[:, :] rates, double still):
-    """Bounds (N,) on the path parameter's rate by the rules (R, 6) of each place, at TCP rates (N, 2)."""
-    cdef Py_ssize_t row
+def rate_bounds(
+    const double[::1] starts,
+    const double[::1] widths,
+    const double[:, :, :, ::1] table,
+    const double[::1] s,
+    const double[::1] begins,
+    const double[:, ::1] rules,
+    double still,
+):
+    """As `speeds.rate_bounds`."""
+    cdef Py_ssize_t row, axes = table.shape[3], cell = 0, piece = 0, k
+    cdef double basis[NODES]
+    cdef double rates[2]
     cdef const double *rule
-    cdef double bound
-    result = np.empty(which.shape[0])
+    cdef double x, bound
+    result = np.empty(s.shape[0])
     cdef double[::1] bounds = result
-    for row in range(which.shape[0]):
-        rule = &rules[which[row], 0]
-        bound = min(_slowest(rule + 1, rates[row, 0], rates[row, 1], still), rule[0])
+    for row in range(s.shape[0]):
+        cell, piece = _cell(starts, s[row], cell), _cell(begins, s[row], piece)
+        x = min(max(2.0 * (s[row] - starts[cell]) / widths[cell] - 1.0, -1.0), 1.0)
+        basis[0], basis[1] = 1.0, x
+        for k in range(2, NODES):
+            basis[k] = 2.0 * x * basis[k - 1] - basis[k - 2]
+        _sums(basis, &table[cell, 1, 0, axes - 2], axes, 2, rates)
+        rule = &rules[piece, 0]
+        bound = min(_slowest(rule + 1, rates[0], rates[1], still), rule[0])
         if not isfinite(bound):
-            bound = min(_slowest(rule + 4, rates[row, 0], rates[row, 1], still), rule[3])
+            bound = min(_slowest(rule + 4, rates[0], rates[1], still), rule[3])
         bounds[row] = bound
     return result
 

@@ -16,11 +16,12 @@ import numpy as np
 
 from viapoint.runtime.kernel import chebyshev
 from viapoint.runtime.kernel.auxiliary import NO_AXES, AuxiliaryAxes
-from viapoint.runtime.kernel.chebyshev import Cells
+from viapoint.runtime.kernel.chebyshev import Cells, Tables
 from viapoint.runtime.kernel.fitting import Fitted, fit, joint_jump
 from viapoint.runtime.kernel.joining import Joiner
 from viapoint.runtime.kernel.sampling import NearSingular
 from viapoint.runtime.kernel.spans import Division, Span, divide, whole
+from viapoint.runtime.kernel.speeds import rate_bounds
 from viapoint.runtime.kernel.stretch import Stretch
 from viapoint.runtime.memo import Memo
 from viapoint.runtime.records import Floats, Ints
@@ -150,7 +151,9 @@ class AxisPath:
 
     def values(self, s: Floats) -> Floats:
         """Limited axes (N, n + k + 2) at s (N,)."""
-        return self.everything(s)[:, :-2]
+        if self.length == 0.0:
+            return self.everything(s)[:, :-2]
+        return self._cells.evaluate(s, columns=(0, self.driven + 2))[0]
 
     def derivatives(self, s: Floats) -> tuple[Floats, Floats, Floats]:
         """First, second and third derivatives of the limited axes, each (N, n + k + 2)."""
@@ -179,8 +182,12 @@ class AxisPath:
         """TCP length and angle per path parameter, (N, 2)."""
         return self._cells.evaluate(s, (1,), (self.driven + 2, self.driven + 4))[0]
 
-    def cells(self, s_from: float, s_to: float) -> tuple[Floats, Floats, Floats] | None:
-        """Starts, widths and tables of the cells from s_from to s_to; None if one lies across an end."""
+    def rate_bounds(self, s: Floats, begins: Floats, rules: Floats) -> Floats:
+        """As `speeds.rate_bounds`."""
+        return rate_bounds(self._cells.tables, s, begins, rules)
+
+    def between(self, s_from: float, s_to: float) -> Tables | None:
+        """The cells from s_from to s_to; None if one lies across an end."""
         return self._cells.between(s_from, s_to)
 
     def forget(self, s: float) -> None:

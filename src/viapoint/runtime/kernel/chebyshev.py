@@ -9,7 +9,7 @@ numpy twin of `_axes`.
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -118,6 +118,14 @@ def residual(coeffs: Floats) -> Floats:
     return tail
 
 
+class Tables(NamedTuple):
+    """Cells: starts (C,), widths (C,) and `derived` coefficients (C, 4, D+1, m)."""
+
+    starts: Floats
+    widths: Floats
+    table: Floats
+
+
 class Cells:
     """A function R → R^m on consecutive cells; grows at the end, may be forgotten from the start."""
 
@@ -141,38 +149,32 @@ class Cells:
         self, s: Floats, orders: tuple[int, ...] = (0,), columns: tuple[int, int] | None = None
     ) -> list[Floats]:
         """Derivatives of the asked orders (0 … 3) at s (N,), each (N, m), or of columns from … to before."""
-        table = self._table.rows
-        columns = columns or (0, table.shape[-1])
-        return evaluate(self._starts.rows, self._widths.rows, table, s, orders, columns)
+        return evaluate(self.tables, s, orders, columns or (0, self._table.rows.shape[-1]))
 
-    def between(self, s_from: float, s_to: float) -> tuple[Floats, Floats, Floats] | None:
-        """Starts, widths and tables of the cells from s_from to s_to; None if one lies across an end."""
+    @property
+    def tables(self) -> Tables:
+        """All cells; a view."""
+        return Tables(self._starts.rows, self._widths.rows, self._table.rows)
+
+    def between(self, s_from: float, s_to: float) -> Tables | None:
+        """The cells from s_from to s_to; None if one lies across an end."""
         starts = self._starts.rows
         first, last = np.searchsorted(starts, (s_from, s_to)).tolist()
         ends = last == len(starts) or starts[last] == s_to
         if not ends or first >= last or starts[first] != s_from:
             return None
-        return starts[first:last], self._widths.rows[first:last], self._table.rows[first:last]
+        return Tables(starts[first:last], self._widths.rows[first:last], self._table.rows[first:last])
 
 
-def evaluate(
-    starts: Floats,
-    widths: Floats,
-    table: Floats,
-    s: Floats,
-    orders: tuple[int, ...],
-    columns: tuple[int, int],
-) -> list[Floats]:
+def evaluate(cells: Tables, s: Floats, orders: tuple[int, ...], columns: tuple[int, int]) -> list[Floats]:
     """Derivatives of the asked orders at s (N,), each (N, m'), of columns from … to before.
 
-    Of cells with starts (C,), widths (C,) and `derived` coefficients (C, 4, D+1, m); what lies outside of
-    them is clamped to their ends.
+    What lies outside of the cells is clamped to their ends.
     """
+    starts, widths, table = cells
     first, last = columns
     if (core := chosen(_CORE)) is not None:
-        found: list[Floats] = core.evaluate(
-            starts, widths, table, np.ascontiguousarray(s), orders, first, last
-        )
+        found: list[Floats] = core.evaluate(*cells, np.ascontiguousarray(s), orders, first, last)
         return found
     cell = np.minimum(np.maximum(np.searchsorted(starts, s, side="right") - 1, 0), len(starts) - 1)
     x = np.minimum(np.maximum(2.0 * (s - starts[cell]) / widths[cell] - 1.0, -1.0), 1.0)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from viapoint.runtime.kernel import chebyshev
+from viapoint.runtime.kernel.chebyshev import Tables, evaluate
 from viapoint.runtime.kernel.speeds import rate_bounds
 from viapoint.runtime.records import Floats, Ints
 
@@ -22,33 +22,30 @@ class Leg:
 
     def __init__(self, widths: Floats, table: Floats, first_cells: Ints, rules: Floats) -> None:
         ends = np.cumsum(widths)
-        self._starts = np.concatenate(([0.0], ends[:-1]))
-        self._widths, self._table, self._rules = widths, _from_zero(table), rules
-        self._bounds_at = self._starts[first_cells]
+        starts = np.concatenate(([0.0], ends[:-1]))
+        self._cells, self._rules = Tables(starts, widths, _from_zero(table)), rules
+        self._begins = starts[first_cells]
         self.length = float(ends[-1])
-        self.breaks = self._bounds_at[1:]
-        self.key = (widths.tobytes(), self._table[:, 0].tobytes(), first_cells.tobytes(), rules.tobytes())
+        self.breaks = self._begins[1:]
+        coeffs = self._cells.table[:, 0]
+        self.key = (widths.tobytes(), coeffs.tobytes(), first_cells.tobytes(), rules.tobytes())
         """Equal for legs that are the same."""
 
     def values(self, r: Floats) -> Floats:
         """(N,) → (N, m - 2)."""
-        return self._evaluate(r, (0,), 0, -2)[0]
+        return self._evaluate(r, (0,))[0]
 
     def derivatives(self, r: Floats) -> tuple[Floats, Floats, Floats]:
         """First, second and third derivatives, each (N, m - 2)."""
-        first, second, third = self._evaluate(r, (1, 2, 3), 0, -2)
+        first, second, third = self._evaluate(r, (1, 2, 3))
         return first, second, third
 
     def speed_bound(self, r: Floats) -> Floats:
         """Programmed bound (N,) on the rate of r."""
-        which = np.searchsorted(self._bounds_at[1:], r, side="right")
-        return rate_bounds(self._rules, which, self._evaluate(r, (1,), -2, None)[0])
+        return rate_bounds(self._cells, r, self._begins, self._rules)
 
-    def _evaluate(self, r: Floats, orders: tuple[int, ...], first: int, last: int | None) -> list[Floats]:
-        columns = range(self._table.shape[-1])[first:last]
-        return chebyshev.evaluate(
-            self._starts, self._widths, self._table, r, orders, (columns.start, columns.stop)
-        )
+    def _evaluate(self, r: Floats, orders: tuple[int, ...]) -> list[Floats]:
+        return evaluate(self._cells, r, orders, (0, self._cells.table.shape[-1] - 2))
 
 
 def _from_zero(table: Floats) -> Floats:

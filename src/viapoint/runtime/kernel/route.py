@@ -22,7 +22,7 @@ from viapoint.runtime.kernel.leg import Leg
 from viapoint.runtime.kernel.resolver import Resolved
 from viapoint.runtime.kernel.sampling import NearSingular
 from viapoint.runtime.kernel.spans import Division
-from viapoint.runtime.kernel.speeds import SpeedRule, rate_bounds
+from viapoint.runtime.kernel.speeds import SpeedRule
 from viapoint.runtime.kernel.stretch import PathLimits, Stretch
 from viapoint.runtime.path import Chain, Mark, Move, MoveKind, Piece, Space
 from viapoint.runtime.records import Floats, Ints
@@ -210,21 +210,19 @@ class Route:
 
     def leg(self, s_from: float, s_to: float) -> Leg | None:
         """What lies between two places; None where pieces do not begin and end there."""
-        cells = self.axes.cells(s_from, s_to)
+        cells = self.axes.between(s_from, s_to)
         first = bisect.bisect_left(self._bounds_at, s_from)
         if cells is None or self._bounds_at[first : first + 1] != [s_from]:
             return None
-        starts, widths, table = cells
         last = bisect.bisect_left(self._bounds_at, s_to)
-        begins = np.searchsorted(starts, self._bounds_at[first:last])
-        return Leg(widths, table, begins, self._rules.rows[first:last].copy())
+        begins = np.searchsorted(cells.starts, self._bounds_at[first:last])
+        return Leg(cells.widths, cells.table, begins, self._rules.rows[first:last].copy())
 
     def speed_bound(self, s: Floats) -> Floats:
         """Programmed bound (N,) on the rate of s."""
         first = max(0, bisect.bisect_right(self._bounds_at, float(s.min())) - 1)
         last = max(first + 1, bisect.bisect_right(self._bounds_at, float(s.max())))
-        which = np.searchsorted(np.asarray(self._bounds_at[first + 1 : last]), s, side="right")
-        return rate_bounds(self._rules.rows[first:last], which, self.axes.rates(s))
+        return self.axes.rate_bounds(s, np.array(self._bounds_at[first:last]), self._rules.rows[first:last])
 
     def frames(self, s: Floats) -> Ints:
         """Frame (N,) of the motion at each s (N,); 0 where there is no path yet."""

@@ -9,7 +9,8 @@ import numpy as np
 from viapoint.language.units import DEG, MM
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.core import chosen
-from viapoint.runtime.records import Floats, Ints
+from viapoint.runtime.kernel.chebyshev import Tables, evaluate
+from viapoint.runtime.records import Floats
 from viapoint.vm.ports import Motion, MotionKind, Speed, SpeedKind
 
 _STILL: Final = 1e-9
@@ -41,15 +42,17 @@ UNBOUND: Final = SpeedRule(*([np.inf] * 6))
 """Of a motion in which auxiliary axes move alone: their own limits decide."""
 
 
-def rate_bounds(rules: Floats, which: Ints, rates: Floats) -> Floats:
-    """Bounds (N,) on the path parameter's rate.
+def rate_bounds(cells: Tables, s: Floats, begins: Floats, rules: Floats) -> Floats:
+    """Bounds (N,) on the rate of the path parameter s (N,).
 
-    `rules` (R, 6) are fields of `SpeedRule.on`, `which` (N,) says whose each place is, and `rates` (N, 2) are
-    TCP length and angle per path parameter.
+    The last two columns of the cells are TCP length and angle as travelled; from each of `begins` (R,) on,
+    ascending, the rule (R, 6) of that row holds, fields as of `SpeedRule.on`.
     """
     if (core := chosen("kernel._axes")) is not None:
-        return np.asarray(core.rate_bounds(rules, which, rates, _STILL))
-    rule = rules[which]
+        return np.asarray(core.rate_bounds(*cells, np.ascontiguousarray(s), begins, rules, _STILL))
+    columns = cells.table.shape[-1]
+    (rates,) = evaluate(cells, s, (1,), (columns - 2, columns))
+    rule = rules[np.searchsorted(begins[1:], s, side="right")]
     bound = np.minimum(_per_rate(rule[:, 1:3], rates), rule[:, 0])
     fallback = np.minimum(_per_rate(rule[:, 4:6], rates), rule[:, 3])
     return np.where(np.isfinite(bound), bound, fallback)

@@ -73,8 +73,7 @@ class Telemetry:
 
         Within a tick the bound may jump; the larger of its ends is the one that held.
         """
-        rate = np.diff(s, prepend=s_before) / self._cell.tick
-        ratio = rate / np.maximum(bound[1:], bound[:-1])
+        ratio = _steps(s, s_before) / self._cell.tick / np.maximum(bound[1:], bound[:-1])
         self.programmed_speed_ratio = max(self.programmed_speed_ratio, float(ratio.max()))
 
     def window(
@@ -108,7 +107,7 @@ class Telemetry:
             line=told[:, 0],
             interpreter_line=told[:, 1],
             s=length,
-            speed=np.diff(length, prepend=before) / self._cell.tick,
+            speed=_steps(length, before) / self._cell.tick,
             override=np.full(count, status.override),
             buffer_fill=told[:, 2],
             joints=joints,
@@ -129,6 +128,14 @@ class Telemetry:
         module = core.chosen("kernel._ticks")
         found: tuple[Floats, Floats] = (held if module is None else module.held)(X, carried)
         return found[0], matrix_to_quaternion(found[1])
+
+
+def _steps(x: Floats, before: float) -> Floats:
+    """(N,) from one to the next; as numpy's `diff` with a value before them, in a third of the time."""
+    steps = np.empty(len(x))
+    steps[0] = x[0] - before
+    np.subtract(x[1:], x[:-1], out=steps[1:])
+    return steps
 
 
 def _repeated(row: npt.NDArray[Any], count: int) -> npt.NDArray[Any]:
