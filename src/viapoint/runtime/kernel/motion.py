@@ -297,7 +297,7 @@ class Mover:
         """s (N,) at no more than `count` ticks from first_tick on; True if the last one is at rest."""
         law = self._moving
         first = first_tick - round(law.t0 / self._tick)
-        left = math.ceil(law.duration / self._tick - _ROUNDING) - first + 1
+        left = max(math.ceil(law.duration / self._tick - _ROUNDING) - first, 0) + 1
         r = positions(law, first, first + min(left, count) - 1, self._tick)
         r = np.minimum(r, np.nextafter(law.s_end, -np.inf))  # at the end itself is the tick of arrival alone
         arrived = left <= count
