@@ -1,0 +1,81 @@
+"""Motions that come again are planned once, and the same as for the first time."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from viapoint.runtime.cell import parse_cell
+from viapoint.runtime.memo import Memo
+from viapoint.runtime.records import Floats
+from viapoint.session import Session, compile_text
+
+CELL = '[robot]\nmodel = "frigeni6"\n'
+CYCLE = """
+AGAIN:
+  ML X=1500 Y=300 Z=1800 A=0 B=90 C=0 F300 R40
+  ML Y=-300 Z=1700 R60
+  MJ X=1400 Y=0 Z=1500 A=0 B=90 C=0 F60 R20
+  MC X=1500 Y=200 Z=1600 QX=1450 QY=100 QZ=1600 F200
+  WAIT 0.02
+  ML X=1500 Y=0 Z=1800 F400
+  WAIT 0.01
+"""
+START = "MJ X=1500 Y=0 Z=1800 A=0 B=90 C=0 F80\nWAIT 0.01\n"
+
+
+def run(text: str, window: int = 1024) -> tuple[Floats, list[int]]:
+    """Joints (N, n) of all ticks, and the ticks in which the waits begin."""
+    session = Session(cell := parse_cell(CELL), compile_text(text, cell=cell), window=window)
+    rows = np.concatenate([w.joints for w in session.run()])
+    assert session.failure is None
+    return rows, [event.tick for event in session.events if event.kind == "wait"]
+
+
+def test_every_cycle_is_as_the_first() -> None:
+    rows, waits = run(START + CYCLE + "GOTO AGAIN 4\n")
+    ends = waits[::2]
+    cycles = [rows[first:last] for first, last in pairwise(ends)]
+    assert len(cycles) == 4
+    for cycle in cycles[1:]:
+        assert len(cycle) == len(cycles[0])
+        assert np.abs(cycle - cycles[0]).max() < 1e-9
+
+
+@pytest.mark.parametrize("window", [1, 64])
+def test_what_is_remembered_does_not_depend_on_windows(window: int) -> None:
+    text = START + CYCLE + "GOTO AGAIN 2\n"
+    assert np.abs(run(text, window)[0] - run(text)[0]).max() < 1e-9
+
+
+def test_a_point_that_is_taught_anew_is_gone_to() -> None:
+    """The statement is the same, what it names is not."""
+    cell = parse_cell(
+        CELL + "[points]\nP1 = { x = 1500, y = 0, z = 1800, a = 0, b = 90, c = 0, live = true }\n"
+    )
+    text = "AGAIN:\nML P1 F300\nML X=1500 Y=0 Z=1900 A=0 B=90 C=0\nGOTO AGAIN 3\nML P1\n"
+    text = "MJ X=1500 Y=0 Z=1900 A=0 B=90 C=0 F80\n" + text
+    session = Session(cell, compile_text(text, cell=cell))
+    told, height = 0, 1800.0
+    for window in session.run():
+        new, told = session.events[told:], len(session.events)
+        if any(event.kind == "block" and event.line == 4 for event in new):
+            height -= 50.0
+            session.set_point(1, (1500.0, 0.0, height, 0.0, 90.0, 0.0))
+        last = window.position[-1]
+    assert session.failure is None
+    assert last == pytest.approx((1.5, 0.0, 1.7), abs=1e-9)  # moved twice before it was read
+
+
+def test_a_memo_forgets_what_was_not_asked_for_lately() -> None:
+    computed: list[int] = []
+
+    def compute(n: int) -> int:
+        computed.append(n)
+        return n * n
+
+    memo: Memo[int] = Memo(2)
+    assert [memo.get(n, lambda n=n: compute(n)) for n in (1, 2, 1, 3, 1, 2)] == [1, 4, 1, 9, 1, 4]
+    assert computed == [1, 2, 3, 2]
