@@ -12,6 +12,7 @@ from viapoint.runtime.kernel import Kernel, State
 from viapoint.runtime.records import Event
 from viapoint.runtime.signals import SignalWorld
 from viapoint.vm.ports import (
+    BEGINNING,
     AtBarrier,
     AwaitInput,
     Barrier,
@@ -21,6 +22,7 @@ from viapoint.vm.ports import (
     End,
     Ended,
     Failed,
+    Modal,
     Motion,
     MotionKind,
     SetOutput,
@@ -51,6 +53,13 @@ class Script:
     @property
     def line(self) -> int:
         return getattr(self.entries[0], "line", 0) if self.entries else 0
+
+    @property
+    def modal(self) -> Modal:
+        return BEGINNING
+
+    def handling(self, *arguments: object) -> Script:
+        raise AssertionError("nothing interrupts these scripts")
 
     @property
     def state(self) -> Hashable:
