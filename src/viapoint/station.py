@@ -65,7 +65,8 @@ class Station:
     """One run of the programs of all robots of a cell.
 
     Parameters as those of Session; `listeners` are given per robot. A robot that fails stops the others on
-    their paths and ends the run with an error.
+    their paths and ends the run with an error. Where `patient`, somebody outside may still bring what robots
+    wait for.
     """
 
     def __init__(
@@ -80,12 +81,14 @@ class Station:
         cycles: int | None = None,
         step: bool = False,
         dry_run: bool = False,
+        patient: bool = False,
         listeners: Sequence[Sequence[Listener]] = (),
     ) -> None:
         first = cells[0]
         self.world = SignalWorld(first, scenario, first.tick, dry_run=dry_run)
         self.status = Status.RUNNING
         self._window = window
+        self._patient = patient
         self._last_tick = math.inf if max_time is None else round(max_time / first.tick)
         self._zones = ExclusiveZones()
         self._encounters = Encounters(cells)
@@ -112,6 +115,10 @@ class Station:
     def tick(self) -> int:
         """The tick computed last."""
         return self.sessions[0].kernel.tick
+
+    def set_window(self, ticks: int) -> None:
+        """The most ticks computed at once."""
+        self._window = ticks
 
     @property
     def events(self) -> list[Event]:
@@ -194,9 +201,9 @@ class Station:
             kernel.take_part()
 
     def _look_for_deadlock(self) -> None:
-        """Nobody moves, nothing is scheduled, and every robot waits: none of them will ever go on."""
+        """Nobody moves, nothing is scheduled, every robot waits, and nobody helps: none will ever go on."""
         working = [session for session in self.sessions if not session.kernel.over]
-        stuck = [session.kernel.stuck() for session in working]
+        stuck = [session.kernel.stuck(alone=not self._patient) for session in working]
         if not working or not all(stuck):
             return
         reasons = [

@@ -28,9 +28,13 @@ class Served:
 
 
 @contextmanager
-def served(program: str = "part.via", *options: str) -> Iterator[Served]:
-    """`viapoint run PROGRAM --serve 0 --format json …`, stopped at the end if it still runs."""
-    command = [sys.executable, "-m", "viapoint", "run", program, "--serve", "0", "--format", "json", *options]
+def served(program: str | None = "part.via", *options: str) -> Iterator[Served]:
+    """`viapoint run PROGRAM --serve 0 --format json …`, stopped at the end if it still runs.
+
+    Without a program the cell among the options names those of its robots.
+    """
+    named = [] if program is None else [program]
+    command = [sys.executable, "-m", "viapoint", "run", *named, "--serve", "0", "--format", "json", *options]
     with subprocess.Popen(
         command, cwd=FILES, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:

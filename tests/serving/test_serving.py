@@ -126,7 +126,7 @@ REFUSED = [
     (b"{}", "requests are start"),
     (b'{"do": 5}', "not a known request"),
     (b'{"do": "hlat"}', "did you mean `halt`?"),
-    (b'{"do": "halt", "now": true}', "takes nothing more, not `now`"),
+    (b'{"do": "ping", "now": true}', "takes nothing more, not `now`"),
     (b'{"do": "set", "signal": "DI3"}', "needs `value`"),
     (b'{"do": "set", "signal": "DI3", "value": 1}', "DI3 takes true or false"),
     (b'{"do": "set", "signal": "AI1", "value": true}', "AI1 takes a number"),

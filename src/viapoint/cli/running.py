@@ -149,9 +149,9 @@ class _Job:
         listeners: list[Listener] = [self.peaks]
         if self.recorder is not None:
             listeners.append(self.recorder)
-        self.attendant = _attendant(chosen)
+        self.attendant = attendant_of(chosen)
         if self.attendant is not None:
-            listeners.append(self.attendant)
+            listeners.append(self.attendant.ear(cell.number))
         self.interrupted = False
         self.session = self._session(listeners, window)
         if self.attendant is not None:
@@ -248,7 +248,7 @@ def diagnostics_of(session: Session, name: str) -> list[Diagnostic]:
     return found
 
 
-def _attendant(chosen: Namespace) -> Attendant | None:
+def attendant_of(chosen: Namespace) -> Attendant | None:
     """Who attends to the clients of --serve; it listens at once and says where."""
     address = getattr(chosen, "serve", None)
     if address is None:

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Any
 from viapoint.cli.failures import UsageError
 from viapoint.cli.loading import programs_from, scenario_from
 from viapoint.cli.output import keep_inputs, note, print_json
-from viapoint.cli.running import Peaks, Stop, diagnostics_of, flag_of, record_plan, recorder_of, result_of
+from viapoint.cli.running import (
+    Peaks,
+    Stop,
+    attendant_of,
+    diagnostics_of,
+    flag_of,
+    record_plan,
+    recorder_of,
+    result_of,
+)
 
 if TYPE_CHECKING:
     from viapoint.runtime.cell import Cell
@@ -19,8 +28,6 @@ if TYPE_CHECKING:
 FOR_ONE = {
     "first": "names a line of one program",
     "to": "names a line of one program",
-    "serve": "serves one robot",
-    "await_client": "belongs to --serve, which serves one robot",
     "realtime": "sends the ticks of one robot",
 }
 """Options that are of one robot, and why."""
@@ -59,6 +66,10 @@ class _Job:
         listeners: list[list[Listener]] = [[peaks] for peaks in self.peaks]
         for each, recorder in zip(listeners, recorders, strict=bool(recorders)):
             each.append(recorder)
+        self.attendant = attendant_of(chosen)
+        if self.attendant is not None:
+            for each, cell in zip(listeners, cells, strict=True):
+                each.append(self.attendant.ear(cell.number))
         self.station = Station(
             cells,
             self.programs,
@@ -69,8 +80,11 @@ class _Job:
             cycles=chosen.cycles,
             step=chosen.step,
             dry_run=chosen.dry_run,
+            patient=self.attendant is not None,
             listeners=listeners,
         )
+        if self.attendant is not None:
+            self.attendant.bind(self.station, chosen.window)
         for recorder, session in zip(recorders, self.station.sessions, strict=False):
             record_plan(recorder, session)
 
@@ -87,7 +101,14 @@ class _Job:
 
         try:
             with Stop() as stop:
+                self._attend(stop)
+                if stop.asked:  # before it has begun: then nothing moves
+                    for session in self.station.sessions:
+                        session.halt()
                 for _ in self.station.run():
+                    self._attend(stop)
+                    if self.interrupted and all(session.at_rest for session in self.station.sessions):
+                        break  # after an emergency stop there is nothing to stop
                     if stop.asked and not self.interrupted:
                         self.interrupted = True
                         for session in self.station.sessions:
@@ -97,8 +118,14 @@ class _Job:
         finally:
             if self.interrupted:
                 self.station.status = Status.STOPPED
+            if self.attendant is not None:
+                self.attendant.end()
             for (_, recorder), session in zip(self.recordings, self.station.sessions, strict=False):
                 recorder.close(result_of(session))
+
+    def _attend(self, stop: Stop) -> None:
+        if self.attendant is not None:
+            self.attendant.attend(lambda: stop.asked)
 
     @property
     def exit_code(self) -> int:

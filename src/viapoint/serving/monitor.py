@@ -22,6 +22,7 @@ def monitors(session: Session, window: Window, rows: Sequence[int]) -> list[dict
     """Of the ticks in some rows of a window; state, tool, signals and flags are those of its end."""
     kernel, cell = session.kernel, session.cell
     common = {
+        "robot": cell.number,
         "state": kernel.state.value,
         "tool": kernel.tool,
         "signals": {str(signal): value for signal, value in session.signals.at_work()},

@@ -42,11 +42,10 @@ class Value:
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """One request: its values and what it does. `logged`: it changes the run, so it becomes an event."""
+    """One request: its values and what it does."""
 
     values: Mapping[str, Value]
     doc: str
-    logged: bool = True
 
 
 def _is_number(value: Any) -> bool:
@@ -73,24 +72,33 @@ MOST_TICKS: Final = 100_000_000
 
 _SIGNAL: Final = Value("the code or name of a signal", lambda value: isinstance(value, str))
 _LEVEL: Final = Value("true, false or a number", lambda value: isinstance(value, bool) or _is_number(value))
+_ROBOT: Final = {
+    "robot": Value(
+        "the number or name of a robot",
+        lambda value: isinstance(value, str | int) and not isinstance(value, bool),
+        None,
+    )
+}
+"""Of several: which one is meant."""
+
 _SWITCH: Final = Value("true or false", lambda value: isinstance(value, bool))
 
 REQUESTS: Final[Mapping[str, Spec]] = {
-    "start": Spec({}, "begin the run, where it was started with `--await-client`", logged=False),
+    "start": Spec({}, "begin the run, where it was started with `--await-client`"),
     "subscribe": Spec(
         {
             "monitor_hz": Value("a number from 0 to 10000", _between(0.0, MOST_HZ), 0.0),
             "events": Value("true or false", lambda value: isinstance(value, bool), False),
+            **_ROBOT,
         },
         "be told the monitor so often per second of the robot's time, and every event",
-        logged=False,
     ),
-    "monitor": Spec({}, "the monitor now", logged=False),
-    "read": Spec({"signal": _SIGNAL}, "a signal's present value", logged=False),
+    "monitor": Spec(_ROBOT, "the monitor now"),
+    "read": Spec({"signal": _SIGNAL}, "a signal's present value"),
     "set": Spec({"signal": _SIGNAL, "value": _LEVEL}, "set an input or a variable"),
     "force": Spec({"signal": _SIGNAL, "value": _LEVEL}, "hold any signal or variable at a value"),
     "release": Spec({"signal": _SIGNAL}, "end forcing a signal"),
-    "reset_m": Spec({"index": Value("a whole number", _whole(0, 65_535))}, "answer an M function"),
+    "reset_m": Spec({"index": Value("a whole number", _whole(0, 65_535)), **_ROBOT}, "answer an M function"),
     "variable": Spec(
         {
             "name": Value("the name of a variable", lambda value: isinstance(value, str)),
@@ -99,13 +107,13 @@ REQUESTS: Final[Mapping[str, Spec]] = {
         "a variable's present value; with `value`, set it",
     ),
     "override": Spec(
-        {"percent": Value("a number from -100 to 100", _between(-100.0, 100.0))}, "scale all speeds"
+        {"percent": Value("a number from -100 to 100", _between(-100.0, 100.0)), **_ROBOT}, "scale all speeds"
     ),
-    "halt": Spec({}, "stop on the path"),
-    "continue": Spec({}, "go on after a halt"),
-    "stop": Spec({}, "stop on the path and end the run"),
-    "estop": Spec({}, "emergency stop on the path"),
-    "reset": Spec({}, "acknowledge an emergency stop; the run is then halted"),
+    "halt": Spec(_ROBOT, "stop on the path"),
+    "continue": Spec(_ROBOT, "go on after a halt"),
+    "stop": Spec(_ROBOT, "stop on the path and end the run"),
+    "estop": Spec(_ROBOT, "emergency stop on the path"),
+    "reset": Spec(_ROBOT, "acknowledge an emergency stop; the run is then halted"),
     "jog": Spec(
         {
             "axis": Value("J1…, E1…, X, Y, Z, A, B or C", lambda value: isinstance(value, str)),
@@ -118,13 +126,12 @@ REQUESTS: Final[Mapping[str, Spec]] = {
         "before the run begins: move on along an axis for `seconds`; ask again in time to go on",
     ),
     "let_go": Spec({}, "end a jog"),
-    "lockstep": Spec({"on": _SWITCH}, "let time pass only by `advance`", logged=False),
+    "lockstep": Spec({"on": _SWITCH}, "let time pass only by `advance`"),
     "advance": Spec(
         {"ticks": Value("a whole number from 1", _whole(1, MOST_TICKS))},
         "let so many ticks pass; answered when they have",
-        logged=False,
     ),
-    "ping": Spec({}, "an answer, nothing else", logged=False),
+    "ping": Spec({}, "an answer, nothing else"),
 }
 
 

@@ -102,14 +102,17 @@ class Company(Commands):
         ends = (self.execution.dwell_until, self.dialogue.deadline, self.execution.pulses.next_end)
         return min([ticks, *(max(1, tick - self.trace.tick) for tick in ends if tick is not None)])
 
-    def stuck(self) -> MotionError | None:
-        """What the robot waits for, if nothing scheduled and nothing it does itself can ever bring it."""
+    def stuck(self, *, alone: bool = True) -> MotionError | None:
+        """What the robot waits for, if nothing scheduled and nothing it does itself can ever bring it.
+
+        Where the cell is not `alone`, only other robots keep one waiting in vain.
+        """
         entry = self.execution.front
         if self.execution.pulses.next_end is not None or self._may_be_interrupted:
             return None
         if self.state is State.WAITING:
-            return self._kept_out() or self.dialogue.in_vain()
-        if self.state is State.POLLING and entry is not None and isinstance(entry.call, Barrier):
+            return self._kept_out() or (self.dialogue.in_vain() if alone else None)
+        if alone and self.state is State.POLLING and entry is not None and isinstance(entry.call, Barrier):
             return self.dialogue.asks_in_vain(entry.call, self.execution.statements)
         return None
 
