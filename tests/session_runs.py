@@ -58,12 +58,16 @@ def cell_text(*, controller: str = "", limits: str = "", points: str = "", more:
     return f"{head}[controller]\n{controller}\n[limits.path]\n{limits}\n{body}{more}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Run:
     """A run that is over: its session and its set points, tick by tick from tick 0 on."""
 
     session: Session
     windows: tuple[Window, ...]
+
+    def __repr__(self) -> str:
+        """Short: pytest writes out what an assertion compares, also of one that holds."""
+        return f"<{self.status} after tick {self.session.kernel.tick}>"
 
     def column(self, name: str) -> npt.NDArray[Any]:
         """One of the arrays of `Window`, over the whole run."""

@@ -86,12 +86,12 @@ def stands(done: Run, tick: int) -> bool:
     return bool(np.abs(np.diff(done.joints[tick - 1 : tick + 2], axis=0)).max() < STANDING)
 
 
-def on_the_path_of(done: Run, automatic: Run) -> float:
-    """How far the TCP gets from where it is at the same length in another run, m."""
+def on_the_path_of(done: Run, automatic: Run, part: Any = slice(None)) -> float:
+    """How far the TCP gets, in part of its ticks, from where it is at the same length in another run, m."""
     s, position = automatic.column("s"), automatic.column("position")
     rows = np.flatnonzero(np.diff(s, prepend=-1.0) > 0.0)
     at = np.stack([np.interp(done.column("s"), s[rows], position[rows, k]) for k in range(3)], axis=1)
-    return float(np.linalg.norm(done.column("position") - at, axis=1).max())
+    return float(np.linalg.norm(done.column("position") - at, axis=1)[part].max())
 
 
 def session_of(text: str, **options: Any) -> Session:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from everywhere import (
     OVERRIDES,
     PATH_TOLERANCE,
+    SAME,
     everywhere,
     finished,
     nearest_to,
@@ -18,7 +21,6 @@ from everywhere import (
 
 from session_runs import Run, run
 from viapoint.runtime.kernel import State
-from viapoint.runtime.records import Window
 from viapoint.session import Session
 
 P2 = np.array([1.5, 0.05, 1.5])
@@ -101,13 +103,10 @@ def test_13_collinear_coincident_and_via_at_the_end_are_no_circle(points: str) -
 
 def test_14_mj_to_a_pose_takes_the_same_solution_in_step_and_automatic() -> None:
     text = "MJ P7 F90\nMJ P2 R1\nMJ X=1550 Y=0 Z=1550 A=5 B=70 C=10 R1\nML P3 F200 R20\nMJ P4\n"
-    for override in OVERRIDES:
-        automatic = run(text, place(), override=override)
-        stepped = run(text, place(), override=override, step=True)
-        assert automatic.status == stepped.status == "finished"
+    for automatic, stepped in zip(finished(text), finished(text, step=True), strict=True):
         assert np.abs(automatic.joints[-1] - stepped.joints[-1]).max() < 1e-9
-        ends = [stepped.joints[stepped.end_of(line)] for line in (2, 3, 5)]
-        for line, q in zip((2, 3, 5), ends, strict=True):
+        for line in (2, 3, 5):
+            q = stepped.joints[stepped.end_of(line)]
             nearest = np.abs(automatic.joints - q).max(axis=1).min()
             assert nearest < 0.35, line  # the same arm, wrist and turns; a round edge passes by
 
@@ -128,62 +127,85 @@ def test_17_tool_changed_between_rounded_moves_is_an_exact_stop() -> None:
 BLENDS = "MJ P1 F90\nML P2 F300 R30\nSUB PART\nML P4 R25\nML P1\nEND\nPART:\nML P3 R30\nEND\n"
 
 
-def disturbed(text: str, tick: int, command: str, window: int) -> Run:
+LONGER = 700
+"""Ticks for which another override holds."""
+
+
+def disturbed(tick: int, command: str, override: float, window: int) -> Run:
     """A run with a command in a tick, and all that goes on from it."""
-    session = session_of(text, window=window)
-    windows: list[Window] = []
-    session.set_window(1)
-    for moved in session.run():
-        windows.append(moved)
+    session = session_of(BLENDS, override=override)
+    windows, due = [session.begin()], [tick]
+    if command == "override":
+        due.append(tick + LONGER)
+    while not session.kernel.over:
         now = session.kernel.tick
-        if now == tick:
-            act(session, command)
-            session.set_window(window)
-        elif now > tick and session.kernel.state in (State.HALTED, State.EMERGENCY):
+        windows.append(session.advance(min(window, due[0] - now) if due else window))
+        if due and session.kernel.tick == due[0]:
+            act(session, command, 1.37 - override if len(due) == 2 else override)
+            del due[0]
+        elif session.kernel.state in (State.HALTED, State.EMERGENCY):
             session.reset()
             session.resume()
-        elif now > tick + 700 and command == "override":
-            session.set_override(1.0)
-            command = ""
+    session.status = session.final_status()
     return Run(session, tuple(windows))
 
 
-def act(session: Session, command: str) -> None:
+def act(session: Session, command: str, override: float) -> None:
     match command:
         case "halt":
             session.halt()
         case "emergency stop":
             session.emergency_stop()
         case "override":
-            session.set_override(0.37)
+            session.set_override(override)
         case "step":
             session.kernel.step()
         case _:
             raise AssertionError(command)
 
 
-@pytest.fixture(scope="module")
-def automatic() -> Run:
-    return run(BLENDS, place())
+@cache
+def automatic(override: float) -> Run:
+    return run(BLENDS, place(), override=override)
 
 
-def in_the_blends(automatic: Run) -> list[int]:
-    """The middles of the three round edges and a tick before and behind each."""
-    return [automatic.end_of(line) + delta for line in (2, 8, 4) for delta in (-40, 0, 40)]
+def in_the_blends(whole: Run, window: int) -> list[int]:
+    """Ticks before, in and behind the middles of the three round edges; one each where ticks are costly."""
+    shifts = [(-40,), (0,), (40,)] if window == 1 else [(-40, 0, 40)] * 3
+    ends = [whole.end_of(line) for line in (2, 8, 4)]
+    return [end + shift for end, each in zip(ends, shifts, strict=True) for shift in each]
 
 
+@pytest.mark.parametrize("override", OVERRIDES)
 @pytest.mark.parametrize("command", ["halt", "emergency stop", "override", "step"])
 def test_20_commands_in_the_middle_of_a_blend_same_geometry_as_automatic(
-    command: str, automatic: Run
+    command: str, override: float
 ) -> None:
-    for tick in in_the_blends(automatic):
-        done = disturbed(BLENDS, tick, command, 64)
-        assert done.status == "finished", (command, tick, done.session.failure)
-        assert on_the_path_of(done, automatic) < PATH_TOLERANCE, (command, tick)
-        assert np.abs(done.joints[-1] - automatic.joints[-1]).max() < 1e-9
-        assert [e.line for e in done.events("block")] == [e.line for e in automatic.events("block")]
+    whole, found = automatic(override), {}
+    for window in (1024, 1):
+        for tick in in_the_blends(whole, window):
+            done = disturbed(tick, command, override, window)
+            case = (command, override, tick, window)
+            assert done.status == "finished", (case, done.session.failure)
+            assert on_the_path_of(done, whole) < PATH_TOLERANCE, case
+            assert np.abs(done.joints[-1] - whole.joints[-1]).max() < 1e-9, case
+            assert [e.line for e in done.events("block")] == [e.line for e in whole.events("block")], case
+            if window == 1:
+                assert done.history == found[tick].history, case
+                assert np.abs(done.joints - found[tick].joints).max() < SAME, case
+            found[tick] = done
 
 
-def test_20_the_end_of_a_subroutine_in_the_middle_of_a_blend_same_geometry_as_without(automatic: Run) -> None:
-    flat = run("MJ P1 F90\nML P2 F300 R30\nML P3 R30\nML P4 R25\nML P1\n", place())
-    assert np.array_equal(flat.joints, automatic.joints)
+def test_20_the_end_of_a_subroutine_in_the_middle_of_a_blend_same_geometry_as_without() -> None:
+    flat = "MJ P1 F90\nML P2 F300 R30\nML P3 R30\nML P4 R25\nML P1\n"
+    for without, done in zip(finished(flat), finished(BLENDS), strict=True):
+        assert np.array_equal(without.joints, done.joints)
+
+
+def test_20_the_end_of_a_program_where_the_next_line_would_have_been_rounded() -> None:
+    """END stops exactly at the target of the line before it, on the same path up to the edge."""
+    text = "MJ P1 F90\nML P2 F300 R30\nIF AHEAD NOT DI1\nEND\nENDIF\nML P3 R30\n"
+    for done, whole in zip(finished(text), finished(BLENDS), strict=True):
+        assert np.linalg.norm(done.column("position")[-1] - P2) < 1e-9
+        before = done.column("s") < whole.column("s")[whole.end_of(2)] - 0.05
+        assert on_the_path_of(done, whole, before) < PATH_TOLERANCE

@@ -71,30 +71,12 @@ def test_6_m_synchronous_and_asynchronous_between_rounded_moves() -> None:
 
 # --- edges at every tick around a barrier ------------------------------------------------------------
 
-BARRIER = "MJ J1=-1 F40\n{statement}\nSET DO1\nEND\nNO:\nSET DO2\n"
+BEFORE = "MJ J1=-1 F40\n"
+ANSWER = "SET DO1\nEND\nNO:\nSET DO2\n"
 
 
 def arrival() -> int:
-    return run(BARRIER.format(statement="SYNC"), place()).end_of(1)
-
-
-@pytest.mark.parametrize("early", [-2, -1, 0, 1, 2])
-def test_an_edge_is_seen_from_its_tick_on(early: int) -> None:
-    """An input changes so many ticks around the arrival: what the IF, or the WAIT, finds then is exact."""
-    there = arrival()
-    edge = at((there + early) * 1e-3, DI1=True)
-    for statement, late in (("IF NOT DI1\nGOTO NO\nENDIF", None), ("WAIT DI1", 0), ("WAIT DI1 OR M9", 0)):
-        for window in (1, 3, 1024):
-            done = run(BARRIER.format(statement=statement), place(), scenario=edge, window=window)
-            (output,) = done.events("output")
-            reads = done.events("input_read")
-            assert reads[0].tick == there
-            assert reads[0].data["value"] is (early <= 0)
-            if late is None:
-                assert output.data["signal"] == ("DO1" if early <= 0 else "DO2")
-                assert output.tick == there
-            else:
-                assert (output.data["signal"], output.tick) == ("DO1", there + max(early, 0))
+    return run(BEFORE + "SYNC\n", place()).end_of(1)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -126,3 +108,106 @@ def test_edges_of_many_inputs_around_many_barriers(seed: int) -> None:
             switched = any(e.line == first.line + 1 for e in done.events("output"))
             assert first.tick == second.tick
             assert switched is (first.data["value"] and not second.data["value"])
+
+
+SPAN = range(-20, 21)
+"""Ticks around an arrival in which an input changes."""
+
+LATE_S = 0.01
+Answer = tuple[str | None, int | None, int | None]
+"""The output switched, in which tick, and the tick of the last read (None: it is not asked)."""
+
+
+class Around:
+    """An input that comes on in tick `edge`, for good or for that tick alone, and an arrival in `there`."""
+
+    def __init__(self, edge: int, *, pulse: bool, there: int) -> None:
+        self.edge, self.pulse, self.there = edge, pulse, there
+
+    @property
+    def scenario(self) -> str:
+        on = at(self.edge * 1e-3, DI1=True)
+        return on + at((self.edge + 1) * 1e-3, DI1=False) if self.pulse else on
+
+    def on(self, tick: int) -> bool:
+        return tick == self.edge if self.pulse else tick >= self.edge
+
+    def first_on(self, first: int, last: int) -> int | None:
+        return next((tick for tick in range(first, last + 1) if self.on(tick)), None)
+
+    # --- what the language says comes of it ----------------------------------------------------------
+
+    def read_there(self) -> Answer:
+        return "DO1" if self.on(self.there) else "DO2", self.there, self.there
+
+    def read_at_the_start(self) -> Answer:
+        return "DO2", self.there, 0
+
+    def wait(self) -> Answer:
+        seen = self.first_on(self.there, self.there + 100)
+        return (None, None, None) if seen is None else ("DO1", seen, seen)
+
+    def wait_so_long(self) -> Answer:
+        deadline = self.there + round(LATE_S * 1000)
+        seen = self.first_on(self.there, deadline)
+        return ("DO2", deadline, None) if seen is None else ("DO1", seen, seen)
+
+
+BARRIERS = {
+    "IF": ("IF NOT DI1\nGOTO NO\nENDIF\n", Around.read_there),
+    "IF AHEAD": ("IF AHEAD NOT DI1\nGOTO NO\nENDIF\n", Around.read_at_the_start),
+    "SYNC": ("SYNC\nIF AHEAD NOT DI1\nGOTO NO\nENDIF\n", Around.read_there),
+    "WAIT": ("WAIT DI1\n", Around.wait),
+    "WAIT TIMEOUT": (f"WAIT DI1 TIMEOUT {LATE_S} GOTO NO\n", Around.wait_so_long),
+}
+
+
+@pytest.mark.parametrize("pulse", [False, True], ids=["edge", "pulse"])
+@pytest.mark.parametrize("statement", BARRIERS)
+def test_an_input_that_changes_at_any_tick_around_an_arrival(statement: str, pulse: bool) -> None:
+    text, expected = BARRIERS[statement]
+    program, there = BEFORE + text + ANSWER, arrival()
+    for early in SPAN:
+        around = Around(there + early, pulse=pulse, there=there)
+        output, tick, read = expected(around)
+        for window in (1024, 7) if early % 8 else (1024, 7, 1):
+            done = run(program, place(), scenario=around.scenario, window=window)
+            case = (statement, early, window)
+            assert done.code == (None if output else "E410"), case
+            switched = [(e.data["signal"], e.tick) for e in done.events("output")]
+            assert switched == ([(output, tick)] if output else []), case
+            if read is not None:
+                assert done.events("input_read")[-1].tick == read, case
+
+
+@pytest.mark.parametrize("pulse", [False, True], ids=["edge", "pulse"])
+@pytest.mark.parametrize("end", [False, True], ids=["begin", "end"])
+def test_a_search_and_an_input_that_changes_at_any_tick_around_its_begin_or_end(
+    end: bool, pulse: bool
+) -> None:
+    """It looks in every tick of the motion, the one in which it sets out and the last one included.
+
+    The motion turns back, so that the robot stands where it begins.
+    """
+    program = BEFORE + "MJ J1=-1.1 F40 UNTIL DI1\nIF NOT FOUND\nGOTO NO\nENDIF\n" + ANSWER
+    whole = run(program, place())
+    begin, last = whole.end_of(1), whole.end_of(2)
+    assert last - begin > len(SPAN)
+    for early in SPAN:
+        around = Around((last if end else begin) + early, pulse=pulse, there=begin)
+        seen = around.first_on(begin, last)
+        for window in (1024, 7) if early % 8 else (1024, 7, 1):
+            done = run(program, place(), scenario=around.scenario, window=window)
+            case = (early, window)
+            (output,) = done.events("output")
+            (search,) = done.events("search")
+            reads = [e.tick for e in done.events("input_read") if e.line == 2]
+            assert (output.data["signal"], search.data["found"]) == (
+                ("DO2", False) if seen is None else ("DO1", True)
+            ), case
+            assert reads == ([] if seen is None else [seen]), case
+            assert output.tick == search.tick, case
+            if seen is None or seen in (begin, last):
+                assert search.tick == (last if seen is None else seen), case
+            else:
+                assert seen < search.tick <= last, case
