@@ -38,7 +38,9 @@ def event_text(event: Event) -> str:
             why = f": {data['code']}: {data['reason']}" if "code" in data else ""
             return f"{data['axis']} {data['action']}{why}"
         case "interrupt":
-            return f"{data['label']} {data['action']}{place}"
+            why = f": {data['code']}: {data['message']}" if "code" in data else ""
+            then = f", {data['reason']}" if "reason" in data else ""
+            return f"{data['label']} {data['action']}{place}{then}{why}"
         case "m" | "track":
             part = f", part {data['part']}" if "part" in data else ""
             return f"{data['index']} {data['action']}{part}"

@@ -26,6 +26,7 @@ from viapoint.vm.ports import (
     End,
     Ended,
     Failed,
+    HandleErrors,
     Handler,
     Motion,
     MotionKind,
@@ -74,7 +75,7 @@ class LineStart:
     tool: int
     speed: Speed | None
     tangent: Tangent | None
-    interrupts: tuple[SwitchOn, ...]
+    interrupts: tuple[SwitchOn | HandleErrors, ...]
     """Those that are on; they come into force where the approach has ended."""
     counters: tuple[tuple[str, int], ...]
     """Labels, and which run of their loop this is."""
@@ -264,17 +265,24 @@ def _start(way: _Way, cell: Cell, line: int) -> LineStart:
     )
 
 
-def _switched_on(calls: Iterable[Call]) -> tuple[SwitchOn, ...]:
+def _switched_on(calls: Iterable[Call]) -> tuple[SwitchOn | HandleErrors, ...]:
     """The interrupts that are on behind calls, in the order of their ON."""
     on: dict[Handler, SwitchOn] = {}
+    errors: HandleErrors | None = None
     for call in calls:
-        if isinstance(call, SwitchOn | SwitchOff):
-            known = on.get(call.handler)
-            if isinstance(call, SwitchOff) or (known is not None and known.condition != call.condition):
-                on.pop(call.handler, None)
-            if isinstance(call, SwitchOn):
-                on.setdefault(call.handler, call)
-    return tuple(on.values())
+        match call:
+            case SwitchOn(handler=handler, condition=condition):
+                if handler in on and on[handler].condition != condition:
+                    del on[handler]
+                on.setdefault(handler, call)
+            case HandleErrors():
+                errors = call
+            case SwitchOff(handler=handler):
+                on.pop(handler, None)
+                errors = None if errors is not None and errors.handler == handler else errors
+            case _:
+                pass
+    return (*on.values(), *([errors] if errors is not None else []))
 
 
 def _approach(above: Sequence[Call], ahead: Sequence[Call], cell: Cell, line: int) -> Motion | None:

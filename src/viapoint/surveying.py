@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from viapoint.language.catalogue import CATALOGUE
 from viapoint.runtime.kernel import ExecutionError
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.forecast import Forecast, Rest, forecast
@@ -32,6 +33,7 @@ from viapoint.vm.ports import (
     End,
     Ended,
     Failed,
+    HandleErrors,
     Handler,
     Modal,
     Motion,
@@ -58,6 +60,10 @@ MOST_CALLS: Final = 200_000
 
 ROUNDS: Final = 3
 """Passes of an endless loop: the first one, one as all that follow, and one that this one leads into."""
+
+
+ANY_ERROR: Final = 300
+"""Stands for an error that a program does not ask for by its number."""
 
 
 class Stretch(NamedTuple):
@@ -106,7 +112,7 @@ def _survey_interrupts(found: Survey, interrupts: Iterable[_Interrupt], surveyor
     waiting, known = deque(interrupts), set[Hashable]()
     while waiting:
         each = waiting.popleft()
-        key = (each.handler, each.rest.key, each.modal)
+        key = (each.handler, each.rest.key, each.modal, each.error)
         if key not in known:
             known.add(key)
             surveyor.enter(each)
@@ -126,6 +132,8 @@ class _Interrupt(NamedTuple):
     """One that runs its program."""
     rest: Rest
     modal: Modal
+    error: int = 0
+    """Number of the error that it handles, 0: none."""
 
 
 class _Node(NamedTuple):
@@ -146,6 +154,7 @@ class _Surveyor:
         self.interrupts: list[_Interrupt] = []
         """Where interrupts were switched on."""
         self.found = Survey()
+        self._errors = _errors_asked_for(program)
         self._numbers: dict[Hashable, int] = {}
         self._waiting: deque[_Node] = deque()
         self._planned = planned
@@ -166,7 +175,8 @@ class _Surveyor:
     def enter(self, interrupt: _Interrupt) -> None:
         """An interrupt begins."""
         machine, sink, world = interrupt.machine, _List(), Answers(self._cell, ())
-        self._enter(machine.handling(interrupt.handler, sink, world, interrupt.modal), interrupt.rest, None)
+        handler, modal, error = interrupt.handler, interrupt.modal, interrupt.error
+        self._enter(machine.handling(handler, sink, world, modal, error), interrupt.rest, None)
 
     def follow_all(self) -> None:
         """Follow every way from the nodes that were entered."""
@@ -204,15 +214,19 @@ class _Surveyor:
 
     def _note_interrupts(self, node: _Node, calls: Sequence[Call]) -> None:
         """Where interrupts are switched on between a node and the next; on a belt they wait."""
-        first = {
-            call.handler: k for k, call in reversed(list(enumerate(calls))) if isinstance(call, SwitchOn)
-        }
-        for handler, k in first.items():
+        first: dict[tuple[Handler, bool], int] = {}
+        for k, call in enumerate(calls):
+            if isinstance(call, SwitchOn | HandleErrors):
+                first.setdefault((call.handler, isinstance(call, HandleErrors)), k)
+        for (handler, of_errors), k in first.items():
             before = tuple(calls[:k])
             planned = self._forecast(node.rest, before)
             if planned is not None and planned.failure is None and planned.end.track is None:
                 modal = _modal_behind(node.machine.modal, before)
-                self.interrupts.append(_Interrupt(handler, node.machine, planned.end, modal))
+                self.interrupts += (
+                    _Interrupt(handler, node.machine, planned.end, modal, error)
+                    for error in (self._errors if of_errors else (0,))
+                )
 
     def _plan(self, node: _Node, sink: _List) -> Stretch | None:
         """The stretch of a list of calls, folded where that shows the same; None if it was one too many."""
@@ -248,6 +262,12 @@ class _Surveyor:
             number = self._numbers[key] = len(self._numbers)
             self._waiting.append(_Node(number, machine, rest))
         return self._numbers[key]
+
+
+def _errors_asked_for(program: Program) -> tuple[int, ...]:
+    """Numbers of errors that a program may compare with, and one that it does not."""
+    known = {int(code[1:]) for code in CATALOGUE if code.startswith(("E3", "E4"))}
+    return (ANY_ERROR, *sorted(known.intersection(program.numbers)))
 
 
 def _modal_behind(modal: Modal, calls: Iterable[Call]) -> Modal:

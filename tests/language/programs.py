@@ -129,7 +129,10 @@ def action(random: Random) -> str:
             behind = random.choice(
                 (f" SUB {random.choice(NAMES)}", " sub LOOP", "", " GOTO LOOP", " SUB a 2")
             )
-            return f"{word} {condition(random)}{behind}"
+            what = random.choice(("ERROR", condition(random), condition(random), "ERRNO = 302"))
+            return f"{word} {what}{behind}"
+        case Operand.NEXT:
+            return f"{word} {random.choice(('NEXT', 'next', '', 'NEXT 3'))}"
         case Operand.LABEL:
             return f"{word} {random.choice((*NAMES, '3', ''))}"
         case Operand.VALUE:

@@ -43,6 +43,7 @@ TRK 0
 WAIT 0.5
 ON DI3 AND NOT AI1 > 2 SUB CUT
 OFF CUT
+ON ERROR SUB FAULT
 END
 CUT: SET DO 1
 M 5
@@ -63,6 +64,13 @@ WAIT $ready AND TRUE
 IF AHEAD DI3
 ENDIF
 OUT:
+END
+FAULT:
+IF ERRNO > 310
+RETRY
+ENDIF
+RESUME NEXT
+STOP
 END
 """
 
@@ -253,6 +261,23 @@ def test_interrupts_run_subroutines_of_labels() -> None:
     _bad("E255", assemble((I.OFF, 0), (I.END,)))
     stack = (*on, (I.END,), (I.LABEL, 0), (I.AND,), (I.END,))
     _bad("E257", assemble(*stack, labels=(lost,)))  # its subroutine is followed too
+    fault = (I.ON_ERROR, 6), (I.END,), (I.LABEL, 0)
+    at = Label("LOST", 6)
+    verify(assemble(*fault, (I.DECIDE, 2), labels=(at,)))
+    verify(
+        assemble(
+            *fault,
+            (I.READ_ERROR,),
+            (I.PUSH, 0),
+            (I.LESS,),
+            (I.JUMP_IF_FALSE, 5),
+            (I.END,),
+            labels=(at,),
+            numbers=(1.0,),
+        )
+    )
+    _bad("E256", assemble(*fault, (I.DECIDE, 3), labels=(at,)))
+    _bad("E257", assemble(*fault, (I.READ_ERROR,), (I.DECIDE, 1), labels=(at,)))
     asks = (*on, (I.END,), (I.LABEL, 0), (I.READ_INPUT, 1, 0), (I.JUMP_IF_FALSE, 19), (I.END,))
     _bad("E257", assemble(*asks, labels=(lost,)))  # nor may it read without its barrier
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias, assert_never
 
-from viapoint.language.commands import FOUND
+from viapoint.language.commands import ERRNO, FOUND, SETTLED
 from viapoint.language.tree import (
     And,
     Comparable,
@@ -57,7 +57,7 @@ def reads_of(value: Value) -> tuple[Read, ...]:
         node = waiting.pop()
         match node:
             case Signal(kind=kind):
-                if kind != FOUND:  # it is settled where its search has ended, and nothing outside
+                if kind not in SETTLED:  # those are known where they have come about, and nothing outside
                     found.append(node)
             case Variable():
                 found.append(node)
@@ -102,7 +102,7 @@ def text_of(condition: Value, *, inner: bool = False) -> str:
 def _side(side: Comparable) -> str:
     match side:
         case Signal(kind=kind, number=number):
-            return kind if kind == FOUND else f"{kind}{number}"
+            return kind if kind in SETTLED else f"{kind}{number}"
         case Named(name=name):
             return name
         case Variable(name=name):
@@ -137,6 +137,8 @@ class ConditionLowering:
         match condition:
             case Signal(kind=kind) if kind == FOUND:
                 return encode(Instruction.READ_FOUND)
+            case Signal(kind=kind) if kind == ERRNO:
+                return encode(Instruction.READ_ERROR)
             case Signal(kind=kind, number=number):
                 return encode(_READS[kind], number, int(self._ahead))
             case Variable(name=name, switch=switch):

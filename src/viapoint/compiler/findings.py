@@ -7,7 +7,7 @@ from collections.abc import Collection
 from viapoint.language.diagnostics import Diagnostic, Label
 from viapoint.language.parser import MAX_ERRORS
 from viapoint.language.source import Source, Span
-from viapoint.language.tree import Goto, Off, On, Sub, WaitFor
+from viapoint.language.tree import Goto, Off, On, OnError, Sub, WaitFor
 
 LISTED = 8
 """How many of the defined indices a hint names."""
@@ -26,11 +26,11 @@ class Findings:
         """Whether there are so many errors that further ones are not worth the work of wording them."""
         return self._errors >= MAX_ERRORS
 
-    def label_span(self, statement: Goto | Sub | WaitFor | On | Off, label: str) -> Span:
+    def label_span(self, statement: Goto | Sub | WaitFor | On | OnError | Off, label: str) -> Span:
         """The label that a GOTO, SUB or OFF, or the end of a WAIT or ON, names."""
         text = self._source.text[statement.start : statement.end]
         start = statement.end - len(label)
-        if not isinstance(statement, WaitFor | On):
+        if not isinstance(statement, WaitFor | On | OnError):
             behind_word = text.split(None, 1)[1]
             start = statement.end - len(behind_word)
         return Span(start, start + len(label))

@@ -1,4 +1,4 @@
-"""Subroutines that interrupt, as the text has them: what may not stand in them, and OFF without its ON."""
+"""Subroutines that interrupt or handle errors: what may not stand in them, and what only there."""
 
 from __future__ import annotations
 
@@ -14,27 +14,32 @@ def check_handlers(
     statements: Sequence[tree.Statement], defined: Mapping[str, Definition], findings: Findings
 ) -> None:
     """Look at the subroutines of all `ON`, each once, and at every `OFF`."""
-    handlers = {name_key(each.label): each for each in statements if isinstance(each, tree.On)}
-    if not handlers:
-        positions: dict[int, int] = {}
-    else:
+    ons = [each for each in statements if isinstance(each, tree.On | tree.OnError)]
+    handlers = {name_key(each.label): each for each in ons}
+    handles = {name_key(each.label) for each in ons if isinstance(each, tree.OnError)}
+    positions = {}
+    if handlers:
         positions = {each.start: k for k, each in enumerate(statements) if isinstance(each, tree.Label)}
+    decided: set[int] = set()
     for key, on in handlers.items():
         definition = defined.get(key)
         if definition is not None:
             body = list(_body(statements, positions[definition.statement.start]))
-            _check_body(body, on, definition, defined, findings)
-    for off in statements:
-        if (
-            isinstance(off, tree.Off)
-            and name_key(off.label) in defined
-            and name_key(off.label) not in handlers
-        ):
+            _check_body(body, on, defined, findings)
+            if key in handles:
+                decided.update(each.start for each in body if isinstance(each, tree.Decision))
+    for each in statements:
+        if isinstance(each, tree.Off):
+            key = name_key(each.label)
+            if key in defined and key not in handlers:
+                hint = f"remove it, or write `ON … SUB {each.label}`"
+                findings.add("W509", statement_span(each), f"no ON switches `{each.label}` on", hint)
+        elif isinstance(each, tree.Decision) and each.start not in decided:
             findings.add(
-                "W509",
-                statement_span(off),
-                f"no ON switches `{off.label}` on",
-                f"remove it, or write `ON … SUB {off.label}`",
+                "E216",
+                statement_span(each),
+                "this stands in no subroutine that handles errors",
+                "it belongs into the lines from the label of an `ON ERROR SUB` to their END",
             )
 
 
@@ -53,8 +58,7 @@ def _body(statements: Sequence[tree.Statement], first: int) -> Iterator[tree.Sta
 
 def _check_body(
     body: Sequence[tree.Statement],
-    on: tree.On,
-    handler: Definition,
+    on: tree.On | tree.OnError,
     defined: Mapping[str, Definition],
     findings: Findings,
 ) -> None:

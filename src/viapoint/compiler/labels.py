@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 from viapoint.compiler.blocks import Blocks
 from viapoint.compiler.findings import Findings
 from viapoint.language.suggestions import did_you_mean
-from viapoint.language.tree import Goto, Label, Off, On, Sub, WaitFor, name_key, statement_span
+from viapoint.language.tree import Goto, Label, Off, On, OnError, Sub, WaitFor, name_key, statement_span
 from viapoint.vm.instructions import SIZES, Instruction
 
 COMPARISONS = 20_000
@@ -31,7 +31,7 @@ class Definition:
     counted: Goto | None = None  # the first counted GOTO back to it
 
 
-Referring: TypeAlias = Goto | Sub | WaitFor | On | Off
+Referring: TypeAlias = Goto | Sub | WaitFor | On | OnError | Off
 """Statements that name a label."""
 
 
@@ -97,7 +97,7 @@ class Labels:
                     self._unknown(reference)
                 continue
             self._check(reference, definition)
-            if isinstance(statement, Sub | On):
+            if isinstance(statement, Sub | On | OnError):
                 definition.called = True
             elif not isinstance(statement, Off):
                 definition.jumped_to = True

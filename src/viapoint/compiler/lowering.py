@@ -25,6 +25,7 @@ from viapoint.language import tree
 from viapoint.language.tree import statement_span
 from viapoint.vm.instructions import SIZES, Instruction, operand_offset, packer
 from viapoint.vm.instructions import Operand as Op
+from viapoint.vm.ports import Decision
 from viapoint.vm.program import Label, Program, hash_source
 from viapoint.vm.shapes import INSTRUCTION_BY_WORD
 
@@ -37,6 +38,12 @@ _REPEAT_TARGET = operand_offset(_I.REPEAT, Op.TARGET)
 _CALL_TARGET = operand_offset(_I.CALL, Op.TARGET)
 _ON_HANDLER = operand_offset(_I.ON, Op.HANDLER)
 _OFF_HANDLER = operand_offset(_I.OFF, Op.HANDLER)
+_ERROR_HANDLER = operand_offset(_I.ON_ERROR, Op.HANDLER)
+_DECISIONS = {
+    tree.Stop: Decision.STOP,
+    tree.Retry: Decision.RETRY,
+    tree.ResumeNext: Decision.RESUME_NEXT,
+}
 _SPEEDS = frozenset({"F", "FC", "FA"})
 
 
@@ -91,7 +98,9 @@ class Lowering(ActionLowering):
             tree.Goto: self._goto,
             tree.Sub: self._sub,
             tree.On: self._on,
+            tree.OnError: self._on_error,
             tree.Off: self._off,
+            **dict.fromkeys(_DECISIONS, self._decide),
             tree.End: self._end,
             tree.Label: self._label,
         }
@@ -361,6 +370,14 @@ class Lowering(ActionLowering):
         self._code += lowered.code
         if self._cell:
             self._cell.condition(lowered.reads, statement.start)
+
+    def _on_error(self, statement: tree.OnError) -> None:
+        self.labels.refer(statement, len(self._code) + _ERROR_HANDLER)
+        self._emit(_I.ON_ERROR, 0)
+
+    def _decide(self, statement: tree.Decision) -> None:
+        self._emit(_I.DECIDE, _DECISIONS[type(statement)].value)
+        self._flow.stop()
 
     def _off(self, statement: tree.Off) -> None:
         self.labels.refer(statement, len(self._code) + _OFF_HANDLER)

@@ -9,7 +9,7 @@ from typing import Final
 from viapoint.compiler.cell_names import CellNames
 from viapoint.compiler.findings import LISTED, Findings
 from viapoint.language import tree
-from viapoint.language.commands import LEVELS, SIGNALS, SWITCHES
+from viapoint.language.commands import LEVELS, NUMBERS, SIGNALS, SWITCHES
 from viapoint.language.lexical import parameter_spans
 from viapoint.language.source import Source, Span
 from viapoint.language.suggestions import did_you_mean
@@ -100,14 +100,14 @@ class Names:
         if variable is None:
             return written, tree.Number(value.start, value.end, 0.0)
         if variable.switch:
-            if isinstance(value, tree.Number) or (isinstance(value, tree.Signal) and value.kind in LEVELS):
+            if isinstance(value, tree.Number) or (isinstance(value, tree.Signal) and value.kind in NUMBERS):
                 self._wrong_kind(f"`${variable.name}` is true or false; this is a number", value, start)
                 return variable, tree.Truth(value.start, value.end, False)
             return variable, self.condition(value, start)
         match value:
             case tree.Number() | tree.Named() | tree.Variable():
                 return variable, self._comparable(value, start)
-            case tree.Signal(kind=kind) if kind in LEVELS:
+            case tree.Signal(kind=kind) if kind in NUMBERS:
                 return variable, value
         self._wrong_kind(f"`${variable.name}` is a number; this is true or false", value, start)
         return variable, tree.Number(value.start, value.end, 0.0)

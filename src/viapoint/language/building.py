@@ -10,11 +10,11 @@ from typing import NamedTuple, assert_never
 from viapoint.language import tree
 from viapoint.language.commands import (
     ACTION_BY_WORD,
-    FOUND,
     H_TANGENT,
     INDEX,
     POSITIVE,
     REAL,
+    SETTLED,
     ActionCommand,
     Domain,
     Kind,
@@ -77,6 +77,10 @@ def build_action(operands: Operands, place: Place, text: str) -> tree.Statement:
             return _variable(command, operands, place)
         case Operand.PLACE:
             return _placed(command, operands, place, text)
+        case Operand.INTERRUPT if not operands.parts:
+            return tree.OnError(*at, _label(operands))
+        case Operand.NEXT:
+            return tree.ResumeNext(*at)
         case Operand.INTERRUPT:
             watched = shift(as_condition(operands.parts[0]), place.after)
             _require_outside(watched, place.after, command.word)
@@ -106,11 +110,15 @@ def build_search(operands: Operands, place: Place) -> tree.Until:
 
 
 def _require_outside(condition: tree.Condition, after: int, word: str) -> None:
-    """Raise Fault where FOUND stands in what is waited for: it never changes meanwhile."""
+    """Raise Fault where FOUND or ERRNO stands in what is waited for: it never changes meanwhile."""
     match condition:
-        case tree.Signal(kind=kind, start=start, end=end) if kind == FOUND:
-            message = f"`FOUND` does not change while `{word}` waits for it"
+        case tree.Signal(kind=kind, start=start, end=end) if kind in SETTLED:
+            message = f"`{kind}` does not change while `{word}` waits for it"
             raise Fault("E112", message, start - after, end - after, "test it with IF")
+        case tree.Compare(left=left, right=right):
+            for side in (left, right):
+                if isinstance(side, tree.Signal):
+                    _require_outside(side, after, word)
         case tree.Not(operand=operand):
             _require_outside(operand, after, word)
         case tree.And(operands=operands) | tree.Or(operands=operands):

@@ -186,7 +186,8 @@ class Operand(Enum):
     LET = "a variable, = and its value"
     INC = "a variable, and the number to add"
     PLACE = "a place and an action"
-    INTERRUPT = "a condition, then SUB and a label"
+    INTERRUPT = "a condition or ERROR, then SUB and a label"
+    NEXT = "NEXT"
     LABEL = "a label"
 
 
@@ -335,7 +336,7 @@ ACTIONS: Final = (
     ActionCommand(
         words=("ON",),
         doc="from here on, when a condition turns true: stop on the path, run the subroutine at a label, "
-        "come back, go on",
+        "come back, go on; ON ERROR: when an error would end the run",
         operand=Operand.INTERRUPT,
         example="ON DI3 SUB LOST",
     ),
@@ -345,6 +346,14 @@ ACTIONS: Final = (
         operand=Operand.LABEL,
         example="OFF LOST",
     ),
+    _bare("RETRY", "in a subroutine that handles an error: the statement with the error again"),
+    ActionCommand(
+        words=("RESUME",),
+        doc="in a subroutine that handles an error: go on with the statement behind it",
+        operand=Operand.NEXT,
+        example="RESUME NEXT",
+    ),
+    _bare("STOP", "in a subroutine that handles an error: the error ends the run, as it would have"),
     _bare("END", "end of the program, or return from a subroutine"),
 )
 
@@ -363,17 +372,24 @@ FOUND: Final = "FOUND"
 TRUTHS: Final = {"TRUE": True, "FALSE": False}
 """The values of what is true or false."""
 
+ERRNO: Final = "ERRNO"
+"""The number of the error that is handled, as a condition reads it."""
+
+SETTLED: Final = frozenset({FOUND, ERRNO})
+"""What is known without the outside world, once it has come about."""
+
+NUMBERS: Final = frozenset({*LEVELS, ERRNO})
+"""What a condition reads as a number."""
+
 SIGNALS: Final = SWITCHES | LEVELS
 """All signals a condition may read."""
 
 
-LATER_STATEMENTS: Final = _words(
-    "DIM WHILE ENDWHILE FOR ENDFOR BREAK CONTINUE GLOBAL USE RETRY RESUME STOP ABORT PRINT"
-)
+LATER_STATEMENTS: Final = _words("DIM WHILE ENDWHILE FOR ENDFOR BREAK CONTINUE GLOBAL USE ABORT PRINT")
 """First words of statements that the language reserves and this version does not run."""
 
 LATER_WORDS: Final = LATER_STATEMENTS | _words(
-    "TO STEP ERROR ERRNO NEXT HERE TIME ABS MIN MAX SQRT SIN COS TAN ATAN2 ROUND FLOOR"
+    "TO STEP HERE TIME ABS MIN MAX SQRT SIN COS TAN ATAN2 ROUND FLOOR"
 )
 """All words reserved for constructs to come."""
 
@@ -394,7 +410,9 @@ KEYWORDS: Final = frozenset(
         "TIMEOUT",
         "UNTIL",
         "CAPTURE",
-        FOUND,
+        *SETTLED,
+        "ERROR",
+        "NEXT",
         *TRUTHS,
     }
     - _BARE_LETTERS_ARE_NAMES

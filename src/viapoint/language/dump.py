@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import assert_never
 
 from viapoint.language import tree
-from viapoint.language.commands import FOUND
+from viapoint.language.commands import SETTLED
 from viapoint.language.lexical import parameter_spans
 
 
@@ -41,6 +41,8 @@ def _statement(program: tree.Program, statement: tree.Statement, base: int) -> s
         case tree.On():
             watched = condition(statement.condition, statement.start - base + 1)
             return f"{name} {watched} sub {statement.label}"
+        case tree.OnError():
+            return f"{name} sub {statement.label}"
         case tree.Off():
             return f"{name} {statement.label}"
         case tree.Until():
@@ -57,6 +59,8 @@ def _statement(program: tree.Program, statement: tree.Statement, base: int) -> s
         case tree.Label():
             return f"{name} {statement.name}"
         case tree.Else() | tree.EndIf() | tree.End() | tree.Sync():
+            return name
+        case tree.Retry() | tree.ResumeNext() | tree.Stop():
             return name
         case (
             tree.SelectTool()
@@ -78,7 +82,7 @@ def condition(node: tree.Value, column: int = 1) -> str:
     place = f"@{node.start + column}-{node.end + column}"
     match node:
         case tree.Signal():
-            return f"{node.kind}{'' if node.kind == FOUND else node.number}{place}"
+            return f"{node.kind}{'' if node.kind in SETTLED else node.number}{place}"
         case tree.Number():
             return f"{node.value!r}{place}"
         case tree.Named():

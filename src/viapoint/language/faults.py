@@ -192,7 +192,11 @@ def action_fault(word: str, text: str, error: Unexpected) -> Fault:
             return _place_fault(text, error.at)
         case "LET" | "INC":
             return _variable_fault(word, text, error.at)
-        case "ELSE" | "ENDIF" | "END" | "SYNC":
+        case "RESUME":
+            return _resume_fault(text)
+        case "STOP" if text.lstrip().startswith('"'):
+            return later('STOP "…"', -MAX_LINE, 0, "`STOP` alone leaves an error as it is")
+        case "ELSE" | "ENDIF" | "END" | "SYNC" | "RETRY" | "STOP":
             return _bare_fault(word, text)
         case _:
             return _index_fault(word, text, error.at)
@@ -216,6 +220,17 @@ def _bare_fault(word: str, text: str) -> Fault:
     if word == "ELSE" and _SIGNAL.match(first):
         hint = "a branch with a condition is `ELSEIF`"
     return Fault("E112", f"unexpected `{text[start:end]}` after `{word}`", start, end, hint)
+
+
+def _resume_fault(text: str) -> Fault:
+    found, start, end = _at_word(text, 0)
+    if not found:
+        return nothing_there(text, "`NEXT`", "`RESUME NEXT` goes on behind the error, `RETRY` tries again")
+    if found.upper() == "NEXT":
+        _, start, _ = _at_word(text, end)
+        end = len(text.rstrip())
+        return Fault("E112", f"unexpected `{text[start:end]}`", start, end, "one statement per line")
+    return Fault("E112", f"unexpected `{found}` after `RESUME`", start, end, "write `RESUME NEXT`")
 
 
 def _interrupt_fault(text: str, at: int) -> Fault:

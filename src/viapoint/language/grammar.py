@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from viapoint.language import tree
-from viapoint.language.commands import FOUND, INDEX, LEVELS, MOTIONS, SIGNALS, TRUTHS
+from viapoint.language.commands import ERRNO, FOUND, INDEX, MOTIONS, NUMBERS, SIGNALS, TRUTHS
 from viapoint.language.lexical import is_cell_name
 from viapoint.language.rules import SEARCH, grammar_text, rule_of, starts
 
@@ -142,12 +142,10 @@ def as_number(part: Part) -> Part:
             )
             hint = "a variable can be compared with a number, and `INC` adds to it"
             raise Fault("E132", message, part.start, part.end, hint)
-        if isinstance(part.node, tree.Signal) and part.node.kind in LEVELS:
-            what = f"`{part.node.kind}{part.node.number}`"
+        if isinstance(part.node, tree.Signal) and part.node.kind in NUMBERS:
+            what = "`ERRNO`" if part.node.kind == ERRNO else f"`{part.node.kind}{part.node.number}`"
             message = f"{what} changes while the program runs; this number has to be known before"
-            raise Fault(
-                "E132", message, part.start, part.end, "an analog signal can be compared with a number"
-            )
+            raise Fault("E132", message, part.start, part.end, "it can be compared with a number")
         message = "a number is expected here, this is a condition"
         raise Fault("E132", message, part.start, part.end, "compare numbers; test signals with AND, OR, NOT")
     return part
@@ -155,7 +153,7 @@ def as_number(part: Part) -> Part:
 
 def as_condition(part: Part) -> tree.Condition:
     """The condition of `part`. Raises Fault if it is a number."""
-    if part.node is None or (isinstance(part.node, tree.Signal) and part.node.kind in LEVELS):
+    if part.node is None or (isinstance(part.node, tree.Signal) and part.node.kind in NUMBERS):
         message = "a condition is expected here, this is a number"
         hint = "test a signal, as in `DI3`, or compare two numbers, as in `1 < 2`"
         raise Fault("E131", message, part.start, part.end, hint)
@@ -167,7 +165,7 @@ def as_comparable(part: Part) -> tree.Comparable:
     match part.node:
         case tree.Named() | tree.Variable():
             return part.node
-        case tree.Signal(kind=kind) if kind in LEVELS:
+        case tree.Signal(kind=kind) if kind in NUMBERS:
             return part.node
         case _:
             return tree.Number(part.start, part.end, as_number(part).value or 0.0)
@@ -248,6 +246,11 @@ class Actions:
     def variable(self, children: list[Any]) -> Part:
         start, end = children[0].start_pos, children[0].end_pos
         return Part(start, end, None, tree.Variable(start, end, str(children[0])[1:]), 0)
+
+    def error_number(self, children: list[Any]) -> Part:
+        word = children[0]
+        start, end = word.start_pos, word.end_pos
+        return Part(start, end, None, tree.Signal(start, end, ERRNO, 0), 0)
 
     def named(self, children: list[Any]) -> Part:
         name = _free(children[0])

@@ -36,7 +36,8 @@ _OPERAND_RULES: Final = {
     Operand.LET: ("WRITTEN _EQUALS disjunction",),
     Operand.INC: ("WRITTEN disjunction?",),
     Operand.PLACE: ("ORIGIN value placed", "value PERCENT placed"),
-    Operand.INTERRUPT: ("disjunction _SUB NAME",),
+    Operand.INTERRUPT: ("disjunction _SUB NAME", "_ERROR _SUB NAME"),
+    Operand.NEXT: ("_NEXT",),
     Operand.LABEL: ("NAME",),
 }
 
@@ -48,6 +49,9 @@ _KEYWORDS: Final = {
     "AHEAD": "AHEAD(?![A-Za-z0-9_])",
     "FOUND": "FOUND(?![A-Za-z0-9_])",
     "TRUTH": "(?:TRUE|FALSE)(?![A-Za-z0-9_])",
+    "ERRNO": "ERRNO(?![A-Za-z0-9_])",
+    "_ERROR": "ERROR(?![A-Za-z0-9_])",
+    "_NEXT": "NEXT(?![A-Za-z0-9_])",
     "_CAPTURE": "CAPTURE(?![A-Za-z0-9_])",
     "DO": "DO(?![A-Za-z_])",
     "AO": "AO(?![A-Za-z_])",

@@ -122,6 +122,8 @@ BARE_NODES: Final[dict[str, type[Any]]] = {
     "ENDIF": tree.EndIf,
     "END": tree.End,
     "SYNC": tree.Sync,
+    "RETRY": tree.Retry,
+    "STOP": tree.Stop,
 }
 CONDITION_NODES: Final[dict[str, type[Any]]] = {"IF": tree.If, "ELSEIF": tree.ElseIf}
 JUMP_NODES: Final[dict[str, type[Any]]] = {"GOTO": tree.Goto, "SUB": tree.Sub}

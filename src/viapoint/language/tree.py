@@ -360,6 +360,43 @@ class On(NamedTuple):
     label: str
 
 
+class OnError(NamedTuple):
+    """ON ERROR SUB L."""
+
+    line: int
+    start: int
+    end: int
+    label: str
+
+
+class Retry(NamedTuple):
+    """RETRY."""
+
+    line: int
+    start: int
+    end: int
+
+
+class ResumeNext(NamedTuple):
+    """RESUME NEXT."""
+
+    line: int
+    start: int
+    end: int
+
+
+class Stop(NamedTuple):
+    """STOP in a subroutine that handles errors."""
+
+    line: int
+    start: int
+    end: int
+
+
+Decision: TypeAlias = Retry | ResumeNext | Stop
+"""What becomes of an error."""
+
+
 class Off(NamedTuple):
     """OFF L."""
 
@@ -410,7 +447,11 @@ Statement: TypeAlias = (
     | Goto
     | Sub
     | On
+    | OnError
     | Off
+    | Retry
+    | ResumeNext
+    | Stop
     | End
     | Label
 )

@@ -24,6 +24,7 @@ from viapoint.vm.ports import (
     End,
     Ended,
     Failed,
+    HandleErrors,
     Motion,
     Pulse,
     RaiseM,
@@ -99,14 +100,14 @@ def _text(call: Call) -> str:
             return f"TRACK {call.conveyor}"
         case Tangent():
             return f"TANGENT {'on' if call.on else 'off'} {call.offset:.3f}"
-        case SwitchOn():
+        case SwitchOn() | HandleErrors():
             return f"ON {call}"
         case SwitchOff():
             return f"OFF {call.handler.label}"
         case Barrier():
             return f"BARRIER {call.reason}"
         case End():
-            return "END"
+            return "END" if call.decision is None else str(call.decision)
         case _:
             assert_never(call)
 

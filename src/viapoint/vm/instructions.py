@@ -39,6 +39,7 @@ class Operand(Enum):
         "B",
         "a place counts in mm from the start (0), mm before the end (1), s before the end (2), % (3)",
     )
+    DECISION = ("decision", "B", "what becomes of the error: stop (0), retry (1), resume next (2)")
     VARIABLE = ("variable", "I", "index into the texts: the name of a variable")
     KEPT = ("kept", "I", "point that keeps the pose, counted from 1; 0: none")
     AHEAD = ("ahead", "B", "1: read when interpreted; 0: read behind a barrier")
@@ -165,6 +166,15 @@ class Instruction(Enum):
         0x2E, "OFF: from here on the subroutine of the label interrupts no longer.", _O.HANDLER, place=_LEAVES
     )  # fmt: skip
 
+    ON_ERROR = _row(
+        0x2F, "ON ERROR: from here on the subroutine of the label runs when an error would end the run.",
+        _O.HANDLER, place=_LEAVES,
+    )  # fmt: skip
+    DECIDE = _row(
+        0x06, "RETRY, RESUME NEXT, STOP: the subroutine that handles an error is over with this decision.",
+        _O.DECISION, place=_LEAVES, falls_through=False,
+    )  # fmt: skip
+
     BARRIER = _row(
         0x30, "Stop the path here and wait until it has arrived; the text says why.",
         _O.TEXT, place=Place.ARRIVES,
@@ -197,6 +207,7 @@ class Instruction(Enum):
     )  # fmt: skip
 
     READ_FOUND = _row(0x39, "Whether the last search has found.", pushes="B")
+    READ_ERROR = _row(0x3C, "The number of the error that is handled, 0: of none.", pushes="N")
 
     PUSH = _row(0x40, "The number.", _O.NUMBER, pushes="N")
     PUSH_BOOLEAN = _row(0x4A, "True (1) or false (0).", _O.FLAG, pushes="B")

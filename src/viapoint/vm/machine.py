@@ -23,10 +23,12 @@ from viapoint.vm.ports import (
     Barrier,
     BufferFull,
     Call,
+    Decision,
     Dwell,
     End,
     Ended,
     Failed,
+    HandleErrors,
     Handler,
     Modal,
     Motion,
@@ -92,6 +94,7 @@ class Machine:
         self._awaited: int | None = None  # address of the AWAIT_FOR that is waiting
         self._work = 0
         self._work_limit = WORK_LIMIT + len(program.code)
+        self._error = 0  # number of the one that is handled
         self._cycles_left = max_cycles
         self._main_loop = main_loop(program) if max_cycles is not None else None
         self.cut_short = False
@@ -126,10 +129,15 @@ class Machine:
         twin._motion, twin._world, twin.until = motion, world, until
         return twin
 
-    def handling(self, handler: Handler, motion: MotionPort, world: WorldPort, modal: Modal) -> Machine:
-        """A machine that runs a handler to the end of its subroutine, where that is in force."""
+    def handling(
+        self, handler: Handler, motion: MotionPort, world: WorldPort, modal: Modal, error: int = 0
+    ) -> Machine:
+        """A machine that runs a handler to the end of its subroutine, where that is in force.
+
+        `error` is the number of the error that it handles, 0: none.
+        """
         machine = Machine(self._program, motion, world, modal=modal)
-        machine._steps = self._steps
+        machine._steps, machine._error = self._steps, error
         machine._address = machine._frames[0].entry = handler.address
         machine._line = self._program.line_at(handler.address)
         return machine
@@ -156,7 +164,8 @@ class Machine:
             (f.entry, f.returns_to, f.remaining, tuple(sorted(f.counters.items()))) for f in self._frames
         )
         waiting = self._arrived_at, self._awaited, tuple(self._actions)
-        return self._address, tuple(self._stack), frames, self._speed, self._tool, self._cycles_left, waiting
+        counted = self._cycles_left, self._error
+        return self._address, tuple(self._stack), frames, self._speed, self._tool, counted, waiting
 
     def run(self) -> Suspension:
         """Execute until the machine must wait; call it again when what it waits for has happened.
@@ -355,6 +364,18 @@ class Machine:
         self._address = target
         return SwitchOn(line=step.line, condition=step.condition, handler=self._handler(address))
 
+    def _on_error(self, step: Step) -> Call:
+        return HandleErrors(line=step.line, handler=self._handler(step.operands[0]))
+
+    def _decide(self, step: Step) -> Call | Failed:
+        decision = Decision(step.operands[0])
+        if self._error == 0:
+            return Failed(step.line, "E413", f"{decision} stands here, and no error is being handled")
+        return End(line=step.line, decision=decision)
+
+    def _read_error(self, step: Step) -> None:
+        self._stack.append(self._error)
+
     def _off(self, step: Step) -> Call:
         return SwitchOff(line=step.line, handler=self._handler(step.operands[0]))
 
@@ -439,6 +460,9 @@ HANDLERS: dict[Instruction, _Handler] = {
     Instruction.UNTIL: Machine._until,
     Instruction.ON: Machine._on,
     Instruction.OFF: Machine._off,
+    Instruction.ON_ERROR: Machine._on_error,
+    Instruction.DECIDE: Machine._decide,
+    Instruction.READ_ERROR: Machine._read_error,
     Instruction.READ_FOUND: Machine._read_found,
     Instruction.SELECT_TOOL: Machine._select_tool,
     Instruction.AWAIT_INPUT: Machine._await_input,

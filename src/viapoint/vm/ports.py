@@ -214,6 +214,19 @@ class Barrier:
     reason: str  # the statement that reads, as the user would name it: "IF DI3", "WAIT DI 2", "M 5"
 
 
+@unique
+class Decision(Enum):
+    """What becomes of an error; the values are the instruction's."""
+
+    STOP = 0  # it ends the run
+    RETRY = 1  # the statement again
+    RESUME_NEXT = 2  # the statement behind it
+
+    def __str__(self) -> str:
+        """As a program writes it."""
+        return self.name.replace("_", " ")
+
+
 @dataclass(frozen=True, slots=True)
 class Handler:
     """A subroutine that interrupts: its label, and the address at which it begins."""
@@ -236,6 +249,18 @@ class SwitchOn:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class HandleErrors:
+    """ON ERROR SUB L: from here on the handler runs when an error would end the run."""
+
+    line: int
+    handler: Handler
+
+    def __str__(self) -> str:
+        """As a program writes it."""
+        return f"ERROR SUB {self.handler.label}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SwitchOff:
     """OFF L: from here on the handler does not."""
 
@@ -245,15 +270,29 @@ class SwitchOff:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class End:
-    """The program is over here; nothing follows."""
+    """The program is over here; nothing follows. A handler of errors says what becomes of the error."""
 
     line: int
+    decision: Decision | None = None
 
 
 Write = SetOutput | SetLevel | SetVariable | Pulse
 """What changes a signal or a variable where the path gets to its place."""
 
-Call = Motion | Write | SelectTool | Dwell | RaiseM | Track | Tangent | SwitchOn | SwitchOff | Barrier | End
+Call = (
+    Motion
+    | Write
+    | SelectTool
+    | Dwell
+    | RaiseM
+    | Track
+    | Tangent
+    | SwitchOn
+    | HandleErrors
+    | SwitchOff
+    | Barrier
+    | End
+)
 
 
 class MotionPort(Protocol):

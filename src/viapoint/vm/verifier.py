@@ -27,7 +27,7 @@ from viapoint.vm.instructions import (
     decode_all,
     decode_between,
 )
-from viapoint.vm.ports import Origin
+from viapoint.vm.ports import Decision, Origin
 from viapoint.vm.program import Program
 from viapoint.vm.refusal import ProgramFileError
 from viapoint.vm.shapes import ShapeError, parse_shape
@@ -145,6 +145,8 @@ def _in_range(program: Program, kind: Operand, value: int, by_address: dict[int,
             return value <= MAX_INDEX + 1
         case Operand.ORIGIN:
             return value < len(Origin)
+        case Operand.DECISION:
+            return value < len(Decision)
         case Operand.FLAG | Operand.AHEAD:
             return value <= 1
         case _:

@@ -95,6 +95,22 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "HOME F50\nLOOP:\nML X=1755\nGOTO LOOP\n",
     ),
     entry(
+        "E413",
+        "decision where no error is handled",
+        """RETRY, RESUME NEXT or STOP was reached, and there is no error that it could be about: the
+        subroutine that handles errors was called with SUB, or by an interrupt. Let ON ERROR alone run it, or
+        ask for ERRNO first, which is 0 then.""",
+        "SUB FAULT\nON ERROR SUB FAULT\nML X=1700 F100\nEND\nFAULT:\nRETRY\nEND\n",
+    ),
+    entry(
+        "E414",
+        "errors handled without end",
+        """ON ERROR has handled a great many errors in one tick, and would go on so for ever: a RETRY of what
+        cannot have changed, or a loop of statements that all fail. Wait in the subroutine for what is to
+        change, and decide on something else where it does not.""",
+        "ON ERROR SUB FAULT\nMJ X=9000 F50\nEND\nFAULT:\nRETRY\nEND\n",
+    ),
+    entry(
         "E420",
         "in a forbidden zone",
         """A part of the robot is in a forbidden zone: where it stands at the start, with a tool that it picks

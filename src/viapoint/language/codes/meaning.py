@@ -127,6 +127,14 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "ON DI1 SUB LOST\nML X=1700 F100\nEND\nLOST:\nTRK 1\nML X=1600\nTRK 0\nEND\n",
     ),
     entry(
+        "E216",
+        "decision where no error is handled",
+        """RETRY, RESUME NEXT and STOP say what becomes of an error. They stand in the subroutine that an ON
+        ERROR names, between its label and its END, and nowhere else; a subroutine that it calls has none.""",
+        "ML X=1700 F100\nRETRY\n",
+        "ON ERROR SUB FAULT\nML X=1700 F100\nEND\nFAULT:\nSUB HELP\nEND\nHELP:\nRESUME NEXT\nEND\n",
+    ),
+    entry(
         "E220",
         "undefined point",
         "The cell file has no such point. Teach it, add it under [points], or correct the index.",

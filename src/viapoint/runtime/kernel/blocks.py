@@ -60,8 +60,16 @@ class Blocks:
         return self._begin.travelled + self._begin.beside
 
     def shift(self, travelled: float) -> None:
-        """The TCP has travelled so far beside the path, m, within the block that is under way."""
-        self._begin = self._begin._replace(beside=self._begin.beside + travelled)
+        """The TCP has travelled so far beside the path, m: within the block under way, or before it."""
+        begin = self._begin
+        if self._mover.s > begin.s:
+            self._begin = begin._replace(beside=begin.beside + travelled)
+        else:
+            self._begin = begin._replace(travelled=begin.travelled + travelled)
+
+    def relay(self, s: float) -> None:
+        """What comes next is laid anew, from s on."""
+        self._begin = self._begin._replace(s=s)
 
     def set_out(self, number: int) -> None:
         """From rest into the motion of entry `number`, or on within it."""

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from viapoint.vm.ports import Call
+from viapoint.vm.ports import Call, Dwell
 
 WIDEST: Final = 1024
 """Slots to which a buffer is widened at most: a corner is a stop if what follows it lies further ahead."""
@@ -75,6 +75,17 @@ class MotionBuffer:
     def to_execute(self) -> Entry | None:
         """Generator: the entry to be executed next, if it has been planned."""
         return self._get(self.generator) if self.generator < self.planner else None
+
+    def plan_again(self) -> None:
+        """Planner: begin anew with what is to be executed next."""
+        self.planner = self.generator
+
+    def skip(self, line: int) -> None:
+        """Of what is not executed yet the first entry of a line, or else of all, becomes a stop."""
+        waiting = [self._get(number) for number in range(self.generator, self.interpreter)]
+        entry = next((each for each in waiting if each.call.line == line), waiting[0])
+        stop = Dwell(line=entry.call.line, seconds=0.0)
+        self._slots[entry.number % len(self._slots)] = Entry(entry.number, stop)
 
     def planned_entries(self) -> Iterator[Entry]:
         """Those planned and not executed, in order."""

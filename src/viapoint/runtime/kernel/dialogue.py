@@ -46,7 +46,7 @@ class Interpreter(Protocol):
     def modal(self) -> Modal: ...
     def run(self) -> Suspension: ...
     def handling(
-        self, handler: Handler, motion: MotionPort, world: WorldPort, modal: Modal
+        self, handler: Handler, motion: MotionPort, world: WorldPort, modal: Modal, error: int = 0
     ) -> Interpreter: ...
 
 
@@ -95,10 +95,19 @@ class Dialogue:
         self._suspension = None
         self._answered.clear()
 
-    def handling(self, handler: Handler, ports: Dialogue, modal: Modal) -> Interpreter:
+    def handling(self, handler: Handler, ports: Dialogue, modal: Modal, error: int = 0) -> Interpreter:
         """An interpreter of the same program that runs a handler on other ports, where that is in force."""
         assert self._interpreter is not None, "an interrupt is a program's"
-        return self._interpreter.handling(handler, ports, ports, modal)
+        return self._interpreter.handling(handler, ports, ports, modal, error)
+
+    @property
+    def failure(self) -> ExecutionError | None:
+        """What keeps the interpreter from ever going on."""
+        match self._suspension:
+            case Failed(line=line, code=code, message=message):
+                return ExecutionError(code, message, line)
+            case _:
+                return None
 
     @property
     def line(self) -> int:

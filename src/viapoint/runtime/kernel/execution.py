@@ -21,8 +21,10 @@ from viapoint.runtime.signals import SignalWorld
 from viapoint.vm.ports import (
     BEGINNING,
     Barrier,
+    Decision,
     Dwell,
     End,
+    HandleErrors,
     Modal,
     Motion,
     PathAction,
@@ -65,6 +67,8 @@ class Execution:
         """Tick in which a wait for a time is over."""
         self.ended = False
         """The program's end has been executed."""
+        self.decision: Decision | None = None
+        """What it says of the error that was handled."""
         self.blocks = Blocks(planner.route, mover, trace)
         self.track: Callable[[Track], None] = lambda call: None
         """What a TRK does when the path has reached it."""
@@ -154,8 +158,8 @@ class Execution:
                 self._dwell(call)
             case Barrier():
                 dialogue.reach_barrier(call, self.statements)
-            case End():
-                self.ended = True
+            case End(decision=decision):
+                self.ended, self.decision = True, decision
             case Tangent(line=line, on=on, offset=offset):
                 self.tangent = offset if on else None
                 trace.emit("tangent", line, on=on, offset_deg=offset)
@@ -163,6 +167,8 @@ class Execution:
                 self.track(call)
             case SwitchOn():
                 self.interrupts.switch_on(call, trace.tick)
+            case HandleErrors():
+                self.interrupts.handles_errors = call
             case SwitchOff():
                 self.interrupts.switch_off(call)
             case _:
@@ -210,7 +216,9 @@ class Execution:
         match entry.call:
             case Track():
                 return False
-            case SetOutput() | SetLevel() | SetVariable() | Pulse() | SwitchOn() | SwitchOff():
+            case (
+                SetOutput() | SetLevel() | SetVariable() | Pulse() | SwitchOn() | HandleErrors() | SwitchOff()
+            ):
                 return True
             case Tangent(on=on, offset=offset):
                 return (offset if on else None) == self.tangent

@@ -16,19 +16,30 @@ from viapoint.language.units import DEG
 from viapoint.runtime.cell import Frame, Point
 from viapoint.runtime.kernel.breaks import HERE, Start
 from viapoint.runtime.kernel.buffer import MotionBuffer
+from viapoint.runtime.kernel.failure import ExecutionError, MotionError
 from viapoint.runtime.kernel.interrupts import Interrupts
 from viapoint.runtime.kernel.levels import Grounds, Level
 from viapoint.runtime.kernel.passing import Passing
 from viapoint.runtime.kernel.planner import Planner
 from viapoint.runtime.kernel.returning import joint_move
 from viapoint.runtime.kernel.searching import Searching
+from viapoint.runtime.kernel.states import Hold
 from viapoint.runtime.kernel.tracker import Phase
 from viapoint.runtime.kernel.tracking import Tracking
-from viapoint.runtime.records import EventValue, Floats
-from viapoint.vm.ports import Call, End, SelectTool, SwitchOn
+from viapoint.runtime.records import Floats
+from viapoint.vm.ports import Call, Decision, End, HandleErrors, SelectTool, SwitchOn
 
 _BACK: Final = 1e-12
 """rad or m within which an axis is back where it was: rounding of deg and mm."""
+
+_MOST_IN_A_TICK: Final = 16
+"""Errors handled in one tick: more are a loop that never ends."""
+
+_NOT_HANDLED: Final = frozenset({"E390", "E392"})
+"""Of planning: what cannot be run at all."""
+
+_NO_ROOM: Final = frozenset({"E420", "E421", "E422", "E423"})
+"""A rule of the workspace that a tool would break where the robot stands."""
 
 _LEAST_BUFFER: Final = 3
 """Slots for the way back: the tool, the move, the end behind it."""
@@ -39,9 +50,11 @@ class _Interrupted:
     """What was put aside for an interrupt, and where the robot stood: joints (n,), other axes (k,)."""
 
     level: Level
-    by: SwitchOn
+    by: SwitchOn | HandleErrors
     q: Floats
     e: Floats
+    error: MotionError | None = None
+    """Which is handled."""
 
 
 class Interrupting(Tracking):
@@ -55,6 +68,7 @@ class Interrupting(Tracking):
     _passing: Passing
     _last_s = 0.0  # s in the last tick computed
     _interrupted: _Interrupted | None = None
+    _handled = (-1, 0)  # the tick in which an error was handled last, and how many were in it
 
     @property
     @abstractmethod
@@ -97,10 +111,12 @@ class Interrupting(Tracking):
         astray = self.mover.s < self._frontier - HERE
         return self._frontier if astray and self.interrupts.due and self._interruptible else None
 
-    def _tell(self, call: SwitchOn, action: str) -> None:
-        label: EventValue = call.handler.label
-        s_mm = self.execution.travelled_mm
-        self.trace.emit("interrupt", call.line, action=action, label=label, s_mm=s_mm)
+    def _tell(self, call: SwitchOn | HandleErrors, action: str, reason: str = "") -> None:
+        label, s_mm = call.handler.label, self.execution.travelled_mm
+        if reason:
+            self.trace.emit("interrupt", call.line, action=action, label=label, s_mm=s_mm, reason=reason)
+        else:
+            self.trace.emit("interrupt", call.line, action=action, label=label, s_mm=s_mm)
 
     # --- levels ----------------------------------------------------------------------------------------
 
@@ -133,17 +149,23 @@ class Interrupting(Tracking):
             return False
         call = self.interrupts.take()
         assert call is not None, "one is due"
+        self._begin(call)
+        return True
+
+    def _begin(self, call: SwitchOn | HandleErrors, error: MotionError | None = None) -> None:
+        """At rest: the program is put aside for a subroutine."""
         self._tell_wait()
         below = self._put_aside()
         q, e = below.planner.stand(below.mover.s)
-        self._interrupted = _Interrupted(below, call, q, e)
-        self._take_up(self._level_beside(below, call, q, e))
+        self._interrupted = _Interrupted(below, call, q, e, error)
+        self._take_up(self._level_beside(self._interrupted))
         self.outlet.feed.change_path(self.planner.route, self.mover.s)
         self._tell(call, "begun")
-        return True
 
-    def _level_beside(self, below: Level, call: SwitchOn, q: Floats, e: Floats) -> Level:
+    def _level_beside(self, interrupted: _Interrupted) -> Level:
         """The level of a subroutine, where the robot stands."""
+        below, q, e = interrupted.level, interrupted.q, interrupted.e
+        error = 0 if interrupted.error is None else int(interrupted.error.code[1:])
         cell, modal, tangent = self._grounds.cell, below.execution.modal, below.execution.tangent
         buffer = MotionBuffer(max(cell.lookahead, _LEAST_BUFFER))
         placed = Start(self.trace.tick, q, e).placed(cell)
@@ -153,7 +175,7 @@ class Interrupting(Tracking):
         level = self._grounds.level(planner, buffer, below.mover.override)
         level.breaks.lines = below.breaks.lines
         level.execution.accompany(below.execution)
-        interpreter = below.dialogue.handling(call.handler, level.dialogue, modal)
+        interpreter = below.dialogue.handling(interrupted.by.handler, level.dialogue, modal, error)
         level.execution.begin(modal, interpreter.line)
         level.execution.blocks.paced = below.execution.blocks.paced
         level.dialogue.open(interpreter)
@@ -168,18 +190,21 @@ class Interrupting(Tracking):
             way.append(SelectTool(line=line, tool=tool))
         if np.abs(here - np.concatenate(there)).max() > _BACK:
             way.append(joint_move(self.cell, *there, line=line, tool=tool, speed=None))
-        return [*way, End(line=line)] if way else []
+        return [*way, End(line=line, decision=self.execution.decision)] if way else []
 
     def _end_interrupt(self) -> None:
         """The subroutine is over: back to where the path was left, then on along it."""
         interrupted = self._interrupted
         assert interrupted is not None, "an interrupt has begun"
+        error, decision = interrupted.error, self.execution.decision
+        if error is not None and decision in (None, Decision.STOP):
+            raise error
         if way := self._way_back(interrupted):
             for call in way:
                 self._buffer.put(call)
             self.execution.ended = False
             return
-        self._tell(interrupted.by, "returned")
+        self._tell(interrupted.by, "returned", str(decision or ""))
         above, below, self._interrupted = self._put_aside(), interrupted.level, None
         more, axes = _lengths(above) - _lengths(below), below.planner.route.axes
         axes.beside = axes.beside + more
@@ -189,7 +214,56 @@ class Interrupting(Tracking):
         if above.breaks.steps:
             below.breaks.step(0)
         self._take_up(below)
+        if error is not None:
+            if decision is Decision.RESUME_NEXT:
+                self._buffer.skip(error.line)
+            self._begin_anew()
         self.outlet.feed.change_path(self.planner.route, self.mover.s)
+
+    # --- errors ----------------------------------------------------------------------------------------
+
+    def _handle(self, error: MotionError) -> bool:
+        """At rest, with an error that would end the run: True if the program handles it, from now on."""
+        call = self.interrupts.handles_errors
+        if call is None or self._interrupted is not None or not self._can_be_handled(error):
+            return False
+        tick, times = self._handled
+        times = times + 1 if tick == self.trace.tick else 1
+        self._handled = self.trace.tick, times
+        if times > _MOST_IN_A_TICK:
+            what = f"errors are handled again and again without time passing, the last one {error}"
+            raise ExecutionError("E414", what, error.line)
+        self.trace.emit(
+            "interrupt",
+            error.line,
+            action="triggered",
+            label=call.handler.label,
+            code=error.code,
+            message=error.message,
+            s_mm=self.execution.travelled_mm,
+        )
+        self._begin(call, error)
+        return True
+
+    def _can_be_handled(self, error: MotionError) -> bool:
+        """Planning, and a tool for which there is no room: the robot stands on its path, and can go on."""
+        stopped = self._hold in (Hold.STOP, Hold.EMERGENCY) or self.guard.alarm is not None
+        if stopped or not self._interruptible:
+            return False
+        return (error.code.startswith("E3") and error.code not in _NOT_HANDLED) or error.code in _NO_ROOM
+
+    def _begin_anew(self) -> None:
+        """What the program has not executed yet is planned again from where the robot stands."""
+        execution, tangent = self.execution, self.execution.tangent
+        if self.access is not None:
+            self.access.part(self.mover.s)
+        offset = None if tangent is None else tangent * DEG
+        place = self.planner.begin_anew(self.mover.s, execution.tool, offset)
+        self._last_s = self._frontier = self.mover.s = place
+        execution.on_path.relay()
+        execution.blocks.relay(place)
+        if (failure := self.dialogue.failure) is not None:
+            self.planner.abort(failure)
 
 
 def _lengths(level: Level) -> Floats:

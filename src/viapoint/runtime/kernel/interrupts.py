@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from viapoint.runtime.signals import SignalWorld
-from viapoint.vm.ports import SwitchOff, SwitchOn
+from viapoint.vm.ports import HandleErrors, SwitchOff, SwitchOn
 
 
 @dataclass(slots=True)
@@ -35,6 +35,8 @@ class Interrupts:
         self._watched: dict[int, _Watched] = {}  # by the address of the subroutine
         self._left: list[_Watched] = []  # switched off while the robot stopped for them
         self._looked = -1  # tick
+        self.handles_errors: HandleErrors | None = None
+        """Whose subroutine runs when an error would end the run."""
 
     def __iter__(self) -> Iterator[_Watched]:
         return iter((*self._left, *self._watched.values()))
@@ -43,6 +45,7 @@ class Interrupts:
         """A program is over: none is on."""
         self._watched.clear()
         self._left.clear()
+        self.handles_errors = None
 
     def switch_on(self, call: SwitchOn, tick: int) -> None:
         """The path has come to ON: the condition has to turn true after this tick.
@@ -59,6 +62,8 @@ class Interrupts:
 
     def switch_off(self, call: SwitchOff) -> None:
         """The path has come to OFF. What the robot is stopping for runs all the same."""
+        if self.handles_errors is not None and self.handles_errors.handler == call.handler:
+            self.handles_errors = None
         known = self._watched.pop(call.handler.address, None)
         if known is not None and known.stopping:
             self._left.append(known)

@@ -261,9 +261,20 @@ class Kernel(Manual, Interrupting):
     def _settle(self) -> None:
         """At rest: everything that takes no time, until something must be waited for."""
         try:
-            self._go_on()
+            while not self._goes_on():
+                pass
         except MotionError as error:
             self.fail(error)
+
+    def _goes_on(self) -> bool:
+        """As far as it can; False if an error came that the program handles, from now on."""
+        try:
+            self._go_on()
+        except MotionError as error:
+            if not self._handle(error):
+                raise
+            return False
+        return True
 
     @property
     def _held(self) -> bool:
@@ -391,13 +402,18 @@ class Kernel(Manual, Interrupting):
         """The program came back to a barrier in the tick in which it was answered: it polls, once a tick."""
         self.state = State.POLLING
         if self.execution.pulses.next_end is None and not self._may_be_interrupted:
-            self.fail(self.dialogue.vain_poll(barrier, self.statements))
+            self._raise(self.dialogue.vain_poll(barrier, self.statements))
 
     def _wait(self) -> None:
         """Nothing can go on by itself."""
         self.state = State.WAITING
         goes_on = self.execution.pulses.next_end is not None or self._may_be_interrupted
-        self.fail(self.planner.failure or (None if goes_on else self.dialogue.vain_wait()))
+        self._raise(self.planner.failure or (None if goes_on else self.dialogue.vain_wait()))
+
+    @staticmethod
+    def _raise(error: MotionError | None) -> None:
+        if error is not None:
+            raise error
 
     def _interpret(self) -> bool:
         """Let the interpreter run if it may; True if it did."""

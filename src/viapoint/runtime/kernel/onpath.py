@@ -102,6 +102,10 @@ class OnPath:
         """The motion ends where it is: what stood further on does not happen."""
         self._waiting = []
 
+    def relay(self) -> None:
+        """The motion is laid anew: where its actions stand is not known any more."""
+        self._places, self._timed = {}, set()
+
     def done(self, action: PathAction) -> None:
         """The action has taken effect."""
         self._waiting.remove(action)

@@ -33,6 +33,7 @@ from viapoint.vm.ports import (
     Barrier,
     Dwell,
     End,
+    HandleErrors,
     Motion,
     Pulse,
     RaiseM,
@@ -172,6 +173,25 @@ class Planner:
         self._resolver.begin_anew(*self.stand(place))
         return place
 
+    def begin_anew(self, s: float, tool: int, offset: float | None) -> float:
+        """After a failure: what is not executed yet is planned again, from where the robot stands at s.
+
+        It has a tool there, and a tangential one the offset (rad). s of that place from now on.
+        """
+        self._buffer.plan_again()
+        self.route.unplace(self._buffer.generator)
+        place = self.route.part(s)
+        self.failure, self._barred, self._open, self._tool = None, False, None, tool
+        self._chain = Chain(tolerance=self._tolerance)
+        self._acting.begin_anew()
+        self._winding.begin()
+        self._lines.clear()
+        self._decided.clear()
+        self._resolver.begin_anew(*self.stand(place))
+        self._resolver.take_over(Tangency(offset))
+        self._watch_path(planned=not self._resolver.places.shift.any())
+        return place
+
     def stand(self, s: float) -> tuple[Floats, Floats]:
         """Joints (n,) and auxiliary axes (k,) at s."""
         axes = self.route.axes
@@ -238,7 +258,7 @@ class Planner:
                 self._check_write(write)
             case SwitchOn():
                 self._check_readings(entry.call)
-            case SwitchOff():
+            case SwitchOff() | HandleErrors():
                 pass
             case Track(line=line) if self._aside:
                 what = "a subroutine that interrupts cannot follow a conveyor, or leave one"

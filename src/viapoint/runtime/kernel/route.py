@@ -157,9 +157,14 @@ class Route:
 
     def cut(self, tag: int, s: float) -> float:
         """Motion `tag`, the last one laid, ends at s and not where it leads; s of that place from now on."""
-        if self.end > s:
+        place = self._places[tag] = self.part(s)
+        return place
+
+    def part(self, s: float) -> float:
+        """What was laid beyond s is not travelled, the route goes on from there; its s from now on."""
+        if self.axes.length > s:
             self.axes.hold(s)
-        self._places[tag] = self.end
+        self._cut = np.inf
         self.stops.append(self.end)
         self.ends.append(self.end)
         self._floor = self.end

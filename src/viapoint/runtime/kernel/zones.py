@@ -144,5 +144,9 @@ class ZoneAccess:
         last = {p.zone: p for p in self._passages[:here]}
         self._passages = sorted([*last.values(), *self._passages[here:]])
 
+    def part(self, s: float) -> None:
+        """What was laid beyond s is not travelled."""
+        self._passages = [passage for passage in self._passages if passage.s <= s]
+
     def _has(self, zone: str) -> bool:
         return self._zones.holder(zone) == self._robot
