@@ -38,9 +38,6 @@ _MOST_IN_A_TICK: Final = 16
 _NOT_HANDLED: Final = frozenset({"E390", "E392"})
 """Of planning: what cannot be run at all."""
 
-_NO_ROOM: Final = frozenset({"E420", "E421", "E422", "E423"})
-"""A rule of the workspace that a tool would break where the robot stands."""
-
 _LEAST_BUFFER: Final = 3
 """Slots for the way back: the tool, the move, the end behind it."""
 
@@ -246,11 +243,11 @@ class Interrupting(Tracking):
         return True
 
     def _can_be_handled(self, error: MotionError) -> bool:
-        """Planning, and a tool for which there is no room: the robot stands on its path, and can go on."""
+        """Whether it is one of planning: the robot stands on its path, and can go on."""
         stopped = self._hold in (Hold.STOP, Hold.EMERGENCY) or self.guard.alarm is not None
         if stopped or not self._interruptible:
             return False
-        return (error.code.startswith("E3") and error.code not in _NOT_HANDLED) or error.code in _NO_ROOM
+        return error.code.startswith("E3") and error.code not in _NOT_HANDLED
 
     def _begin_anew(self) -> None:
         """What the program has not executed yet is planned again from where the robot stands."""
