@@ -29,9 +29,8 @@ class Places:
         self._cell = cell
         self._robot = cell.robot
         self._carrier = AuxiliaryAxes.of(cell).carrier
-        self._kept: MutableMapping[
-            int, Point
-        ] = {}  # by searches, or moved; the others may be taught at any time
+        self._kept: MutableMapping[int, Point] = {}
+        """By searches, or moved; the others may be taught at any time."""
         self._moved: dict[int, Frame] = {}
 
     def adopt(self, other: Places) -> None:

@@ -182,7 +182,7 @@ class Planner:
         self.route.unplace(self._buffer.generator)
         place = self.route.part(s)
         self.failure, self._barred, self._open, self._tool = None, False, None, tool
-        self._chain = Chain(tolerance=self._tolerance)
+        self._chain = self._new_chain()
         self._acting.begin_anew()
         self._winding.begin()
         self._lines.clear()
