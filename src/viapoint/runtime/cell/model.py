@@ -288,7 +288,7 @@ class CellIndex:
     variables: Mapping[str, bool]  # whether one is true or false, not a number
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True)
 class Cell:
     """A robot with its limits, where it stands, what it carries, points, signals and surroundings."""
 

@@ -9,12 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum, unique
 from typing import Any, Final, assert_never
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from viapoint.language.units import DEG, MM
 from viapoint.runtime import core
-from viapoint.runtime.cell import Cell
+from viapoint.runtime.cell import Cell, Tool
 from viapoint.runtime.records import Floats
 from viapoint.runtime.workspace.body import Body, body_of
 from viapoint.runtime.workspace.boxes import Union, boxes_of
@@ -88,6 +89,10 @@ class _Term:
     other: str
 
 
+_BODIES: Final[WeakKeyDictionary[Cell, dict[Tool, Body]]] = WeakKeyDictionary()
+"""The bodies of cells, with each of their tools: every planner of a cell has a monitor of its own."""
+
+
 class Monitor:
     """The rules of one cell. `active` is False where it has none: then nothing needs to be asked."""
 
@@ -97,7 +102,7 @@ class Monitor:
         self._safe = Union(boxes_of(cell, "safe"))
         self._exclusive = boxes_of(cell, "exclusive")
         self._cone = cell.orientation_cone
-        self._bodies: dict[int, Body] = {}
+        self._bodies = _BODIES.setdefault(cell, {})
         self._scales: dict[int, Floats] = {}
         self._terms: dict[int, tuple[_Term, ...]] = {}
         self._rules: dict[int, Any] = {}
@@ -107,9 +112,10 @@ class Monitor:
 
     def body(self, tool: int) -> Body:
         """The robot's capsules with a tool of the cell."""
-        if tool not in self._bodies:
-            self._bodies[tool] = body_of(self._cell, tool)
-        return self._bodies[tool]
+        held = self._cell.tools[tool]
+        if held not in self._bodies:
+            self._bodies[held] = body_of(self._cell, tool)
+        return self._bodies[held]
 
     def pace(self, tool: int) -> Floats:
         """(n,) m per rad: clearances change by no more than Σ pace·|Δq|."""
