@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from ..records import Window
 from .info import Floats
+from .mcapwriter import Buffer
 from .schemas import ANY, AXES, COLUMNS, FIRST_TICK
 from .wire import LENGTH, WireError, read_fields, tag, varint, varint_field
 
@@ -53,17 +54,19 @@ class Joined(Window):
         length: Floats = np.sqrt(np.einsum("ij,ij->i", steps, steps))
         return length
 
-    def encode(self) -> bytes:
-        """As a viapoint.TraceBlock."""
-        parts = [varint_field(FIRST_TICK, self.first_tick), varint_field(AXES, self.joints.shape[1])]
+    def encode(self) -> list[Buffer]:
+        """As a viapoint.TraceBlock, in parts that follow each other."""
+        parts: list[Buffer] = [
+            varint_field(FIRST_TICK, self.first_tick) + varint_field(AXES, self.joints.shape[1])
+        ]
         same = self.actual is self.joints or np.array_equal(self.actual, self.joints)
         for column in COLUMNS:
             if column.name != "actual" or not same:
                 values = np.ascontiguousarray(getattr(self, column.name), column.type)
                 if column.width == ANY and not values.size:
                     continue
-                parts += (tag(column.number, LENGTH) + varint(values.nbytes), values.tobytes())
-        return b"".join(parts)
+                parts += (tag(column.number, LENGTH) + varint(values.nbytes), values.data)
+        return parts
 
 
 def decode(data: bytes) -> tuple[int, Columns]:
