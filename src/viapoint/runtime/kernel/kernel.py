@@ -376,6 +376,7 @@ class Kernel(Manual, Interrupting):
         self.execution.on_path.drop()
         self.execution.blocks.set_out(entry.number)
         self._last_s = self._frontier = self.mover.s = self.planner.end_here(entry.number, self.mover.s)
+        self.outlet.feed.change_path(self.planner.route, self.mover.s)
         self._execute(entry)
 
     def _reached(self, entry: Entry) -> bool:
