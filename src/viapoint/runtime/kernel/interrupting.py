@@ -95,7 +95,7 @@ class Interrupting(Tracking):
     @property
     def _interruptible(self) -> bool:
         """Not on a belt, nor while another one runs."""
-        return self._interrupted is None and self.outlet.feed.tracker.phase is Phase.OFF
+        return self._interrupted is None and self.outlet.feed.tracker.phase in (Phase.OFF, Phase.WAITING)
 
     @property
     def _may_be_interrupted(self) -> bool:
@@ -154,7 +154,7 @@ class Interrupting(Tracking):
         self._tell_wait()
         below = self._put_aside()
         q, e = below.planner.stand(below.mover.s)
-        self._interrupted = _Interrupted(below, call, q, e, error)
+        self._interrupted, self._aside = _Interrupted(below, call, q, e, error), True
         self._take_up(self._level_beside(self._interrupted))
         self.outlet.feed.change_path(self.planner.route, self.mover.s)
         self._tell(call, "begun")
@@ -202,7 +202,8 @@ class Interrupting(Tracking):
             self.execution.ended = False
             return
         self._tell(interrupted.by, "returned", str(decision or ""))
-        above, below, self._interrupted = self._put_aside(), interrupted.level, None
+        above, below = self._put_aside(), interrupted.level
+        self._interrupted, self._aside = None, False
         more, axes = _lengths(above) - _lengths(below), below.planner.route.axes
         axes.beside = axes.beside + more
         below.execution.resume(above.execution, float(more[-2]))

@@ -40,6 +40,8 @@ class Tracking(Company):
     _following_next: Track | None = None
     _track_line = 0
     _told_coupled = False
+    _aside = False
+    """Whether a subroutine has interrupted the program."""
     _waiting_since = 0  # tick in which the TRK that waits for a part was reached
     _given = False  # it is this robot's turn to take a part
 
@@ -66,7 +68,7 @@ class Tracking(Company):
     def leaves_belt(self, call: Call) -> bool:
         """At a program's end the belt is left first: True if it has to be."""
         tracker = self.outlet.feed.tracker
-        if not isinstance(call, End) or tracker.phase is Phase.OFF:
+        if self._aside or not isinstance(call, End) or tracker.phase is Phase.OFF:
             return False
         self.track(Track(line=call.line, conveyor=0))
         return True
@@ -75,6 +77,8 @@ class Tracking(Company):
         """At rest: what is due with the belt is done. True while the path has to wait for it."""
         feed = self.outlet.feed
         tracker = feed.tracker
+        if self._aside:  # the belt is waited for where the program was left
+            return False
         stopping = self._hold in (Hold.STOP, Hold.EMERGENCY)
         if tracker.phase is Phase.WAITING and not stopping:
             self._latch()
