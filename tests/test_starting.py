@@ -177,3 +177,45 @@ def test_a_tangential_tool_is_turned_as_the_whole_run_turns_it() -> None:
         assert run.start.tangent is not None
         assert run.finish() is Status.FINISHED
         assert run.kernel.telemetry.joints == pytest.approx(whole.kernel.telemetry.joints, abs=1e-8)
+
+
+INTERRUPTED = """MJ P1 F60
+ON DI1 SUB LOST
+ON DI2 SUB OTHER
+ON ERROR SUB FAULT
+ML P2 F250
+OFF OTHER
+ON DI3 SUB LOST
+ML P3
+ML X=9000
+ML P4
+END
+LOST:
+SET DO1
+END
+OTHER:
+END
+FAULT:
+RESUME NEXT
+END
+"""
+
+
+def test_interrupts_that_are_on_are_switched_on_behind_the_approach() -> None:
+    """The last condition of a label holds; what is OFF stays off."""
+    start = start_of(8, INTERRUPTED)
+    assert [str(each) for each in start.interrupts] == ["DI3 SUB LOST", "ERROR SUB FAULT"]
+    assert [each.line for each in start.interrupts] == [7, 4]
+    run = session(8, INTERRUPTED)
+    windows = run.run()
+    next(windows)
+    run.set_input("DI3", True)  # true already when it is switched on: it has to turn true
+    assert run.finish() is Status.FINISHED
+    assert [event.data["label"] for event in run.events if event.kind == "interrupt"] == ["FAULT"] * 3
+    assert start_of(5, INTERRUPTED).interrupts[1].handler.label == "OTHER"
+    assert start_of(1, INTERRUPTED).interrupts == ()
+
+
+def test_a_run_does_not_start_in_a_subroutine_that_interrupts() -> None:
+    with pytest.raises(StartError, match="never reached"):
+        start_of(13, INTERRUPTED)

@@ -319,3 +319,37 @@ def test_folding_nests(inner: int, outer: int) -> None:
     folded = fold((["a"] * inner + ["b"]) * outer)
     assert len(folded.kept) == 12
     assert sum(folded.weights) == (inner + 1) * outer
+
+
+def test_subroutines_that_interrupt_are_planned_from_the_place_of_their_on(cli, tmp_path: Path) -> None:
+    """With the speed and tool that hold there, on both answers; what is wrong with them is said."""
+    text = (
+        "MJ X=1500 Y=0 Z=1500 A=0 B=90 C=0 F60\nON DI1 SUB LOST\nML Y=300 F200\nML Y=-300 F400\nEND\n"
+        "LOST:\nML Z=1600\nIF DI2\nML X=9000\nENDIF\nEND\n"
+    )
+    found = report(cli, text, tmp_path, ARM)
+    assert [(each["code"], each["line"]) for each in found["diagnostics"]] == [("E302", 9)]
+    assert found["cycles"] == []
+    found = report(cli, text.replace("X=9000", "X=1600"), tmp_path, ARM)
+    assert found["diagnostics"] == []
+    rows = {row["line"]: row for row in found["statements"]}
+    assert rows[7]["length_mm"] == pytest.approx(100.0)
+    assert rows[7]["peak_mm_s"] == pytest.approx(60.0, rel=0.02), "F60 holds where ON stands"
+    assert rows[9]["length_mm"] == pytest.approx(100.0)
+    watched = {"line": 2, "reads": ["DI1"], "barrier": False, "watched": True}
+    assert found["decisions"][0] == watched
+    without = report(cli, text.partition("ON DI1")[0] + "ML Y=300 F200\nML Y=-300 F400\n", tmp_path, ARM)
+    assert found["cycles"] == without["cycles"], "an interrupt is no part of the program's time"
+
+
+def test_what_handles_errors_is_planned_for_the_errors_it_asks_for(cli, tmp_path: Path) -> None:
+    text = (
+        "MJ X=1500 Y=0 Z=1500 A=0 B=90 C=0 F60\nON ERROR SUB FAULT\nML Y=300 F200\nEND\n"
+        "FAULT:\nIF ERRNO = 302\nML X=9000\nELSEIF ERRNO = 303\nMJ J1=900\nELSE\nML P77\nENDIF\nEND\n"
+    )
+    found = report(cli, text.replace("ML P77", "MJ J2=900"), tmp_path, ARM)
+    assert [(each["code"], each["line"]) for each in found["diagnostics"]] == [
+        ("E302", 7),
+        ("E303", 9),
+        ("E303", 11),
+    ]

@@ -314,3 +314,67 @@ def test_steps_run_it_with_the_motion_it_comes_in() -> None:
     text = "MJ P1 F60\nON DI1 SUB LOST\nML P2 F100 R20\nML P3\n"
     for done in finished(text + LOST, scenario=at(0.7, DI1=True), step=True):
         assert [action for action, _ in interrupts(done)] == ["triggered", "begun", "returned"]
+
+
+def test_a_variable_interrupts_and_the_subroutine_may_write_others() -> None:
+    text = "MJ P1 F60\nON $alarm > 2 OR NOT $ready SUB A\nML P2 F100\nWAIT 1\nEND\nA:\nINC $count\nEND\n"
+    where = place("[variables]\nalarm = 0\ncount = 0\nready = true\n")
+    scenario = '[[at]]\nt_s = 0.6\nset = { "$alarm" = 3 }\n[[at]]\nt_s = 1.0\nset = { "$alarm" = 2.5 }\n'
+    for done in everywhere(text, where, scenario=scenario):
+        assert [action for action, _ in interrupts(done, "A")] == ["triggered", "begun", "returned"]
+        assert interrupts(done, "A")[0] == ("triggered", tick(0.6))
+        assert [e.data["value"] for e in done.events("output")] == [1.0]
+
+
+@pytest.mark.parametrize("command", ["halt", "override 0", "override -1"])
+def test_what_turns_true_while_the_robot_is_held_or_goes_back_is_kept(command: str) -> None:
+    """It runs when the robot goes on, forward, where the program was left."""
+    text = "MJ P1 F60\nON DI1 SUB A\nML P2 F100\nML P3\nEND\nA:\nSET DO1\nEND\n"
+    program = compile_text(text, cell=place())
+    for window in (1, 50):
+        session = Session(place(), program, window=window)
+        windows = session.run()
+        _until(session, windows, 150)
+        if command == "halt":
+            session.halt()
+        else:
+            session.set_override(float(command.split()[1]))
+        _until(session, windows, 200)
+        session.set_input("DI1", True)
+        _until(session, windows, 215)
+        session.set_input("DI1", False)
+        _until(session, windows, 300)
+        told = [e for e in session.events if e.kind == "interrupt"]
+        assert [(e.data["action"], e.tick) for e in told] == [("triggered", 201)]
+        if command == "halt":
+            session.resume()
+        else:
+            session.set_override(1.0)
+        for _ in session.run():
+            pass
+        assert session.status.value == "finished", session.failure
+        _, begun, back = (e for e in session.events if e.kind == "interrupt")
+        assert begun.tick == back.tick >= 300
+        assert begun.data["s_mm"] >= told[0].data["s_mm"], "not before the program's own place"
+
+
+def _until(session: Session, windows: Iterator[Any], last: int) -> None:
+    """Let ticks pass up to one of them; time goes on where the robot stands."""
+    while session.kernel.tick < last:
+        session.set_window(min(50, last - session.kernel.tick))
+        next(windows)
+
+
+def test_a_filter_and_corrections_are_as_they_were() -> None:
+    text = "MJ P1 F60\nON DI1 SUB LOST\nML P2 F200 R20\nML P3 R20\nML P4\n" + LOST
+    filtered = place("filter = { ticks = 8 }\n")
+    for done in everywhere(text, filtered, scenario=at(0.7, DI1=True)):
+        ((begun, back),) = spans(done)
+        assert np.abs(done.joints[begun] - done.joints[back]).max() < BACK
+        assert done.status == "finished"
+    moved = '[[correction]]\nframe = "base"\nx_mm = [[0.2, 0], [1, 3]]\nmax_rate_mm_s = 20\n'
+    for done in everywhere(text, scenario=at(0.7, DI1=True) + moved):
+        assert done.status == "finished"
+        ((begun, back),) = spans(done)
+        plain = run(text, place(), scenario=moved, override=float(done.column("override")[5]))
+        assert np.abs(done.joints[-1] - plain.joints[-1]).max() < 1e-6
