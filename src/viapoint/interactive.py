@@ -22,6 +22,7 @@ from viapoint.runtime.records import Window
 from viapoint.runtime.rotations import invert_pose
 from viapoint.runtime.signals import Scenario
 from viapoint.session import Listener, Loaded, Session, Status, compile_text
+from viapoint.starting import Approaching, LineStart
 from viapoint.vm import BEGINNING, Machine, Modal
 from viapoint.vm.ports import Dwell, Motion
 
@@ -70,19 +71,25 @@ class Interactive(Session):
         breakpoints: Mapping[int, Question] | None = None,
         keep_modal: bool = False,
         steps: int | None = None,
+        start: LineStart | None = None,
     ) -> None:
         """Begin a program where the robot stands; `run` goes on with it.
 
         With `steps` it halts when so many statements have been executed. With `keep_modal` tool and speed
-        are afterwards what they were. Raises RuntimeError while another one is under way, or the robot moves.
+        are afterwards what they were. A `start` of `starting.start_at` is a line from which it begins, with
+        what the lines above leave; the robot goes there first. Raises RuntimeError while another one is
+        under way, or the robot moves.
         """
         if self.under_way or self.kernel.state in (State.MOVING, State.JOGGING):
             raise RuntimeError(f"{self.program.source.name} is {self.kernel.state.value}")
-        if self.kernel.state is not State.FINISHED:
-            self._renew()
+        if self.kernel.state is not State.FINISHED or start is not None:
+            self._renew(None if start is None else start.tool)
         self.program, self._keeps_modal, self.status = program, keep_modal, Status.RUNNING
         ports = self.kernel.dialogue
-        self._machine = Machine(program.program, ports, ports, modal=self.modal)
+        if start is None:
+            self._machine = Machine(program.program, ports, ports, modal=self.modal)
+        else:
+            self._machine = start.machine.twin(Approaching(ports, start), ports)
         self.set_breakpoints(breakpoints or {})
         self.kernel.take_on(self._machine, steps)
         self._note_end()

@@ -221,10 +221,14 @@ class Session:
         cycles, last_line = self._cycles, self._last_line
         return Machine(self.program.program, ports, ports, max_cycles=cycles, last_line=last_line)
 
-    def _renew(self) -> None:
-        """A new kernel where the robot stands: what the old one had planned ahead is dropped."""
+    def _renew(self, tool: int | None = None) -> None:
+        """A new kernel where the robot stands: what the old one had planned ahead is dropped.
+
+        With a `tool` the robot has it now.
+        """
         old = self.kernel
-        here = Start(old.tick, old.telemetry.joints.copy(), old.telemetry.auxiliary.copy(), old.tool)
+        tool = old.tool if tool is None else tool
+        here = Start(old.tick, old.telemetry.joints.copy(), old.telemetry.auxiliary.copy(), tool)
         self.kernel = self._made(self.cell, override=old.mover.override, start=here)
         self.kernel.goes_on = old.goes_on
         self.kernel.keep_override(old)

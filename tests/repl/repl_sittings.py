@@ -7,6 +7,7 @@ from pathlib import Path
 from viapoint.repl import Console
 from viapoint.repl.plain import converse
 from viapoint.runtime.cell import load_cell
+from viapoint.runtime.signals import load_scenario
 
 FILES = Path(__file__).parent / "files"
 
@@ -14,9 +15,15 @@ FILES = Path(__file__).parent / "files"
 class Sitting:
     """A console on the test cell, and everything it said."""
 
-    def __init__(self) -> None:
+    def __init__(self, scenario: Path | None = None) -> None:
         self.said: list[str] = []
-        self.console = Console(load_cell(FILES / "cell.toml"), self.said.append, versions={"viapoint": "0"})
+        cell = load_cell(FILES / "cell.toml")
+        self.console = Console(
+            cell,
+            self.said.append,
+            versions={"viapoint": "0"},
+            scenario=None if scenario is None else load_scenario(scenario, cell),
+        )
 
     def enter(self, *lines: str) -> str:
         """What is said to these lines."""

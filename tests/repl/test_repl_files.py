@@ -93,7 +93,7 @@ def test_what_was_calibrated_goes_into_the_cell_file(here: Sitting, tmp_path: Pa
     here.enter(":calibrate frame 1 P20 P21 P22", ":calibrate frame 2 P20 P21 P22")
     assert "mine.toml: Z1, Z2, T1, T5" in here.enter(":calibrate save mine.toml")
     written = path.read_text(encoding="utf-8")
-    assert written.count("# as built") == 2
+    assert written.count("# as built") == 3
     assert 'name = "torch"' in written
     cell, known = via.load_cell(path), here.console.session.cell
     for index in (1, 5):

@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 
 import pytest
-from repl_sittings import Sitting
+from repl_sittings import FILES, Sitting
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "repl"
 NAMES = sorted(path.stem for path in GOLDEN.glob("*.txt"))
@@ -32,7 +32,11 @@ def masked(transcript: str) -> str:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_sitting(name: str, sitting: Sitting, check_golden) -> None:
+def test_sitting(name: str, monkeypatch: pytest.MonkeyPatch, check_golden) -> None:
+    """With a scenario where the test files have one of that name."""
+    monkeypatch.chdir(FILES)
+    scenario = FILES / f"{name}_scenario.toml"
+    sitting = Sitting(scenario if scenario.exists() else None)
     text = (GOLDEN / f"{name}.txt").read_text(encoding="utf-8")
     check_golden(f"repl/{name}.txt", masked(sitting.read(typed(text))))
 

@@ -69,9 +69,11 @@ def _run_for_people(job: _Job, chosen: Namespace) -> None:
     from viapoint.cli.report_text import print_report, punctuality_text
 
     if job.session.start is not None:
-        from viapoint.cli.start_text import print_start
+        from viapoint.start_report import start_lines
 
-        print_start(job.session.start, job.loaded.source.text.splitlines())
+        for line in start_lines(job.session.start, job.loaded.source.text.splitlines()):
+            print(line)
+        print(flush=True)
     with live_line(chosen.file.name, job.loaded.source) as live:
         job.run(live)
     print_report(job.session, job.peaks, job.diagnostics(), chosen.file.name)
@@ -88,7 +90,7 @@ def _run_for_json(job: _Job) -> None:
     job.run()
     report = run_report(job.session, [to_json(diagnostic) for diagnostic in job.diagnostics()])
     if job.session.start is not None:
-        from viapoint.cli.start_text import start_data
+        from viapoint.start_report import start_data
 
         report["start"] = start_data(job.session.start)
     if job.sender is not None and job.sender.punctuality is not None:

@@ -52,7 +52,13 @@ def help_on(console: Console, words: Words) -> None:
 
 COMMANDS: Final = (
     Command("load", "load FILE", "load a program, .via or .viac", moving.load, "file"),
-    Command("run", "run [for S]", "run the loaded program, or S seconds of it", moving.run, "for"),
+    Command(
+        "run",
+        "run [from LINE|LABEL] [for S]",
+        "run the loaded program, from a line, or S seconds of it",
+        moving.run,
+        "from for label",
+    ),
     Command("step", "step [N]", "N statements of the robot; begins the loaded program", moving.step),
     Command("back", "back [N]", "N motions back along the travelled path", moving.back),
     Command(

@@ -22,6 +22,7 @@ from viapoint.repl.entry import Collector, Entry, Kind, label_of, references
 from viapoint.repl.interrupts import Interrupts
 from viapoint.runtime.kernel import State
 from viapoint.session import DEFAULT_WINDOW, CompileError, Loaded, compile_text
+from viapoint.starting import LineStart
 
 if TYPE_CHECKING:
     from viapoint.runtime.cell import Cell
@@ -242,10 +243,13 @@ class Console:
         steps: int | None = None,
         breakpoints: Mapping[int, Question] | None = None,
         keep_modal: bool = False,
+        start: LineStart | None = None,
     ) -> None:
-        """Begin a program; how it ends will be told once."""
+        """Begin a program, perhaps from a line; how it ends will be told once."""
         self._ended, self._moved, self._told = False, False, 0
-        self.session.take_on(program, steps=steps, breakpoints=breakpoints, keep_modal=keep_modal)
+        self.session.take_on(
+            program, steps=steps, breakpoints=breakpoints, keep_modal=keep_modal, start=start
+        )
 
     def go(self, *, begin: int | None = None, seconds: float | None = None, at_least: int = 0) -> None:
         """Let time pass until nothing goes on by itself, or for some seconds; then say how things stand."""

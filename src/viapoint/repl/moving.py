@@ -13,7 +13,9 @@ from viapoint.language.tree import name_key
 from viapoint.repl import jogging, show, values
 from viapoint.repl.console import Complaint, Console
 from viapoint.runtime.kernel import State
-from viapoint.session import CompileError, compile_file
+from viapoint.session import CompileError, Loaded, compile_file
+from viapoint.start_report import start_lines
+from viapoint.starting import LineStart, StartError, start_at
 
 _CONDITION: Final = re.compile(r"if", re.IGNORECASE)
 _MOST: Final = 100.0
@@ -44,18 +46,34 @@ def load_program(console: Console, path: Path) -> None:
 
 
 def run(console: Console, words: list[str]) -> None:
-    """The loaded program from its first line."""
+    """The loaded program from its first line, or from another one."""
+    first = None
+    if len(words) > 1 and words[0].lower() == "from":
+        first, words = words[1], words[2:]
     seconds = values.seconds(words)
     begin = console.session.kernel.tick
-    _take_on(console, None)
+    _take_on(console, None, first)
     console.go(begin=begin, seconds=seconds)
 
 
-def _take_on(console: Console, steps: int | None) -> None:
+def _take_on(console: Console, steps: int | None, first: str | None = None) -> None:
     if console.loaded is None:
         raise Complaint("no program is loaded: `:load part.via`")
     console.require_free()
-    console.take_on(console.loaded, steps=steps, breakpoints=_questions(console))
+    start = None if first is None else _start(console, console.loaded, first)
+    console.take_on(console.loaded, steps=steps, breakpoints=_questions(console), start=start)
+
+
+def _start(console: Console, loaded: Loaded, word: str) -> LineStart:
+    """What holds at a line or label; it is shown."""
+    line = int(word) if word.isdecimal() else _place(console, word)
+    try:
+        start = start_at(loaded.program, console.session.cell, line)
+    except StartError as error:
+        raise Complaint(str(error)) from None
+    for said in start_lines(start, loaded.source.text.splitlines()):
+        console.say(said)
+    return start
 
 
 def _questions(console: Console) -> dict[int, Question]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from viapoint.narration import fixed
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
@@ -43,13 +45,12 @@ def _speed(speed: Speed) -> str:
     return f"{speed.kind.value}{speed.value:g}"
 
 
-def print_start(start: LineStart, lines: Sequence[str]) -> None:
+def start_lines(start: LineStart, source: Sequence[str]) -> Iterator[str]:
     """What is restored, what was assumed, what is not known, and how the robot gets there."""
-    text = lines[start.line - 1].partition("//")[0].strip() if start.line <= len(lines) else ""
-    print(f"start from line {start.line}  {text}".rstrip())
+    text = source[start.line - 1].partition("//")[0].strip() if start.line <= len(source) else ""
+    yield f"start from line {start.line}  {text}".rstrip()
     for label, said in _rows(start):
-        print(f"  {label:<13}{said}")
-    print(flush=True)
+        yield f"  {label:<13}{said}"
 
 
 def _rows(start: LineStart) -> Iterator[tuple[str, str]]:
@@ -73,7 +74,7 @@ def _rows(start: LineStart) -> Iterator[tuple[str, str]]:
     if start.approach is None or start.approach.speed is None:
         yield "approach", "none: no motion stands above"
     else:
-        joints = "  ".join(f"{value:.1f}" for _, value in start.approach.target.joints)
+        joints = "  ".join(fixed(value, 1) for _, value in start.approach.target.joints)
         yield "approach", f"joint move to {joints} at {start.approach.speed.value:g} deg/s"
 
 
