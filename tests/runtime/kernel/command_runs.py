@@ -165,9 +165,14 @@ class CommandRun:
         joints = np.concatenate(self._joints)
         looks = self.rng.integers(0, len(joints), LOOKS)
         found.off_path, found.off_orientation = oracle.deviations(joints[looks])
-        if found.off_path > ON_PATH or found.off_orientation > ON_ORIENTATION:
+        path, orientation = self.may_be_off(session)
+        if found.off_path > path or found.off_orientation > orientation:
             found.wrong.append(f"off the path by {found.off_path} m, {found.off_orientation} rad")
         return found
+
+    def may_be_off(self, session: Session) -> tuple[float, float]:
+        """How far set points may be from the path: m, rad."""
+        return ON_PATH, ON_ORIENTATION
 
     def _check_limits(self, session: Session, found: Found) -> None:
         factor = self.cell.emergency_deceleration_factor if self.emergency else 1.0

@@ -21,6 +21,7 @@ from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.failure import PlanningError
 from viapoint.runtime.kernel.leg import Leg
+from viapoint.runtime.kernel.lingering import Lingering
 from viapoint.runtime.kernel.route import Route
 from viapoint.runtime.memo import Memo
 from viapoint.runtime.records import Floats
@@ -95,6 +96,8 @@ class Mover:
             deceleration=np.append(acceleration, (path.deceleration, path.angular_acceleration)),
         )
         self._path = path
+        self._lingers = (0.5 * cell.filter.ticks + 1.0) * cell.tick if cell.filter.ticks else 0.0
+        """s for which a programmed speed holds beyond where it is programmed: half of the filter."""
         self._profile = profile(cell.profile)
         self._known: Memo[tuple[TimeLaw, Floats]] = Memo()
         self._slowing_until = -np.inf  # r up to which a higher override still holds, while slowing down
@@ -151,7 +154,11 @@ class Mover:
         ]
         return law if within(law.quality.peaks, felt) else None
 
-    def _from_rest(self, curve: Leg | _Curve, begin: float, end: float, t0: float = 0.0) -> TimeLaw:
+    def _from_rest(
+        self, curve: Leg | _Curve | Lingering, begin: float, end: float, t0: float = 0.0
+    ) -> TimeLaw:
+        if self._lingers and isinstance(curve, Leg):
+            curve = Lingering(curve, begin, end, self._lingers, np.zeros(0))
         return self._profile.plan(
             curve,
             self.limits,
@@ -275,10 +282,18 @@ class Mover:
             self.law = law
         return law is not None
 
-    def _curve(self, end: float) -> _Curve:
-        return _Curve(self._route, self.direction, self.direction * self.s, end)
+    def _curve(self, end: float) -> _Curve | Lingering:
+        begin = self.direction * self.s
+        curve = _Curve(self._route, self.direction, begin, end)
+        if not self._lingers:
+            return curve
+        reach = self._lingers * min(self._path.speed, self._route.fastest(self.s, _HORIZON_PIECES))
+        before, behind = sorted((self.s, self.s - self.direction * reach))
+        return Lingering(
+            curve, begin, end, self._lingers, self.direction * self._route.breaks(before, behind)
+        )
 
-    def _speed_bound(self, curve: Leg | _Curve, r: Floats) -> Floats:
+    def _speed_bound(self, curve: Leg | _Curve | Lingering, r: Floats) -> Floats:
         """Bound (N,) on the rate of r (N,): programmed speed and speed limits, scaled by the override."""
         bound = curve.speed_bound(r)
         if self.override == 1.0 and self._slowing_until <= self.direction * self.s:
