@@ -18,24 +18,23 @@ from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
 from viapoint.runtime.kernel.dialogue import Interpreter
 from viapoint.runtime.kernel.failure import ExecutionError, MotionError
 from viapoint.runtime.kernel.feed import with_reserve
-from viapoint.runtime.kernel.interrupting import Interrupting
 from viapoint.runtime.kernel.interrupts import Interrupts
 from viapoint.runtime.kernel.levels import Grounds
-from viapoint.runtime.kernel.manual import Manual
 from viapoint.runtime.kernel.offsets import Sensor
 from viapoint.runtime.kernel.outlet import Outlet, Present
 from viapoint.runtime.kernel.passing import ARRIVED
 from viapoint.runtime.kernel.planner import Planner
 from viapoint.runtime.kernel.states import Hold, State
 from viapoint.runtime.kernel.trace import Trace
+from viapoint.runtime.kernel.travelling import Travelling
 from viapoint.runtime.kernel.unsupported import refusal
 from viapoint.runtime.kernel.zones import ExclusiveZones
-from viapoint.runtime.records import Event, Floats, Ints, Window
+from viapoint.runtime.records import Event, Ints, Window
 from viapoint.runtime.signals import SignalWorld
 from viapoint.vm.ports import Barrier, End, Failed, Motion
 
 
-class Kernel(Manual, Interrupting):
+class Kernel(Travelling):
     """Runs calls of an interpreter on the robot of a cell.
 
     `dialogue` is the interpreter's MotionPort and WorldPort. `advance` moves time on; events go to
@@ -174,89 +173,6 @@ class Kernel(Manual, Interrupting):
         self.execution.end_pulses()
         self._settle()
         return window
-
-    def _move(self, ticks: int) -> Window:
-        first = self.tick + 1
-        planned = self.mover.rows(first, ticks)
-        if not np.isfinite(planned.columns).all():
-            return self._trip(first)
-        rows = self.outlet.offer(planned, first, ticks, self._now)
-        if rows is None:
-            return self._let_down(ticks)
-        told = np.tile(self._told, (len(rows.s), 1))
-        used = self._pass_places(rows.s, first, told)
-        arrived = rows.arrived and used == len(rows.s)
-        s = rows.s[:used]
-        bound = self.planner.route.speed_bound(np.concatenate(([self._last_s], s)))
-        self.telemetry.meter_speed(self._last_s, s, bound)
-        self._last_s = self.mover.s = float(s[-1])
-        self._frontier = max(self._frontier, self._last_s)
-        window = self.outlet.take(rows, first, told[:used], self._now)
-        self.trace.tick = first + used - 1
-        self.world.advance(self.tick)
-        alarmed = self.outlet.look_back(used, self.line)
-        if arrived:
-            self.mover.law = None
-            self._settle()
-        elif alarmed:
-            self._hold_back(Hold.STOP)
-        return window
-
-    def _let_down(self, ticks: int) -> Window:
-        """Off the path: every axis brakes by itself; then the failure ends the run."""
-        window = self.outlet.let_down(self.tick + 1, ticks, self._told, self._now)
-        self.trace.tick += len(window)
-        self.world.advance(self.tick)
-        if self.outlet.feed.down:
-            self.fail(self.outlet.feed.failure)
-        return window
-
-    def _trip(self, tick: int) -> Window:
-        """The last door before the drives: what is not a finite number does not pass; the robot is held."""
-        window = self.telemetry.standing(tick, 1, self._told, self._now.status)
-        self.trace.tick = tick
-        self.mover.law = None
-        self.fail(ExecutionError("E490", "a set point is not a finite number", self.line))
-        return window
-
-    def _pass_places(self, s: Floats, first: int, told: Ints) -> int:
-        """Execute what stands on the path within rows s (N,), in order; returns how many rows stay valid.
-
-        What is `_told` of each row is kept up in told (N, 3).
-        """
-        row, finished = 0, False
-        while True:
-            passed = self._passing.next(s, row, first, self._frontier)
-            if finished and (passed is None or passed.row != row):
-                if self._look_ahead():
-                    return row + 1
-                told[row + 1 :] = self._told
-                finished = False
-            elif passed is None:
-                return len(s)
-            else:
-                row = passed.row
-                self.trace.tick = first + row
-                self.mover.s = float(s[row])
-                self.world.advance(self.tick)
-                changed = passed.happens()
-                changed = self._watch() or changed
-                told[row:] = self._told
-                finished |= passed.ends_motion
-                if changed or passed.stops:
-                    return row + 1
-
-    def _next_row(self, s: Floats) -> int | None:
-        passed = self._passing.next(s, 0, self.tick + 1, self._frontier)
-        return None if passed is None else passed.row
-
-    def _look_ahead(self) -> bool:
-        """Blocks were finished while moving: interpreter and planner go on; True if the law changed."""
-        while self._interpret() or self.planner.plan(self.mover.wanted):
-            pass
-        stopping = self._held or self._hold is not Hold.NONE or self.interrupts.stopping
-        standing = stopping or self.outlet.follows(self.mover.law, self.tick)
-        return not standing and self.mover.extend(self.tick)
 
     def _settle(self) -> None:
         """At rest: everything that takes no time, until something must be waited for."""
