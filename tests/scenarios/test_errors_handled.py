@@ -179,3 +179,20 @@ def test_interrupts_wait_while_an_error_is_handled() -> None:
             ("LOST", "begun"),
             ("LOST", "returned"),
         ]
+
+
+def test_what_the_interpreter_cannot_do_still_comes_behind_a_handled_error() -> None:
+    """It was ahead: the error of the program itself had been found before."""
+    for statement, code, line in (("ML P2\nLOOP:\nGOTO LOOP", "E401", 5), ("AT D5 SET DO1\nEND", "E403", 4)):
+        text = f"MJ P1 F60\nON ERROR SUB FAULT\nML X=9000\n{statement}\n" + FAULT.format("RESUME NEXT")
+        for done in everywhere(text):
+            assert (done.code, done.failed_line) == (code, line)
+            assert told(done) == NEXT
+
+
+def test_a_branch_behind_the_error_is_read_where_the_robot_stands_then() -> None:
+    text = "MJ P1 F60\nON ERROR SUB FAULT\nML X=9000\nIF DI1\nSET DO6\nENDIF\nML P2\n"
+    for done in finished(text + FAULT.format("WAIT 0.5\nRESUME NEXT"), scenario=at(0.6, DI1=True)):
+        assert outputs(done) == ["DO6"]
+        (read,) = done.events("input_read")
+        assert read.tick == done.events("interrupt")[-1].tick
