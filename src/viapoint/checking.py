@@ -101,6 +101,11 @@ def _notes(survey: Survey, seen: Outlook, source: Source | None, file: str) -> I
     failures = {(error.code, error.line): error for error in reversed(survey.failures)}
     for error in failures.values():
         yield motion_diagnostic(error, source, file)
+    excused = {(error.code, error.line): error for error in reversed(survey.excused)}
+    for error in excused.values():
+        message = f"{error.code}, which ON ERROR handles: {error.message}"
+        hint = "the check goes on behind the statement, as with RESUME NEXT"
+        yield diagnostic_at("W510", message, error.line, source, file, hint)
     if survey.cut_at is not None:
         message = "not everything behind this line was planned: there are more ways than a check follows"
         yield diagnostic_at("I601", message, survey.cut_at, source, file)

@@ -70,7 +70,7 @@ def outlook(survey: Survey, cell: Cell) -> Outlook:
 
 def _all(survey: Survey) -> Sequence[Stretch]:
     """Those of the program and of what interrupts it."""
-    return (*survey.stretches, *survey.handled)
+    return (*survey.stretches, *survey.beside)
 
 
 def _tidy(value: float) -> float:

@@ -18,6 +18,7 @@ import numpy as np
 from viapoint.language.catalogue import CATALOGUE
 from viapoint.runtime.kernel import ExecutionError
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
+from viapoint.runtime.kernel.failure import may_be_handled
 from viapoint.runtime.kernel.forecast import Forecast, Rest, forecast
 from viapoint.runtime.kernel.guard import TickGuard
 from viapoint.runtime.kernel.trace import Trace
@@ -39,6 +40,7 @@ from viapoint.vm.ports import (
     Motion,
     RaiseM,
     SelectTool,
+    SwitchOff,
     SwitchOn,
     Track,
 )
@@ -87,9 +89,11 @@ class Survey:
 
     stretches: list[Stretch] = field(default_factory=list)
     failures: list[MotionError] = field(default_factory=list)
+    excused: list[MotionError] = field(default_factory=list)
+    """Those that the program handles itself: their statements are left out."""
     cut_at: int | None = None
     """Line at which a bound cut a way off."""
-    handled: list[Stretch] = field(default_factory=list)
+    beside: list[Stretch] = field(default_factory=list)
     """The ways through subroutines that interrupt, each from the place of its ON."""
     passes: list[Stretch] | None = None
     """Of a program that never ends: the ways through some passes of its main loop."""
@@ -120,7 +124,7 @@ def _survey_interrupts(found: Survey, interrupts: Iterable[_Interrupt], surveyor
             waiting += surveyor.interrupts
             surveyor.interrupts.clear()
     more = surveyor.found
-    found.handled, found.cut_at = more.stretches, found.cut_at or more.cut_at
+    found.beside, found.cut_at = more.stretches, found.cut_at or more.cut_at
     found.failures += more.failures
 
 
@@ -142,6 +146,8 @@ class _Node(NamedTuple):
     number: int
     machine: Machine
     rest: Rest
+    errors: Handler | None
+    """What handles errors there."""
 
 
 class _Surveyor:
@@ -168,7 +174,7 @@ class _Surveyor:
         if refused is not None:
             self.found.failures.append(refused)
             return self.found
-        self._enter(self._begin, Rest(home, AuxiliaryAxes.of(self._cell).start, 0), None)
+        self._enter(self._begin, Rest(home, AuxiliaryAxes.of(self._cell).start, 0), None, None)
         self.follow_all()
         return self.found
 
@@ -176,7 +182,7 @@ class _Surveyor:
         """An interrupt begins."""
         machine, sink, world = interrupt.machine, _List(), Answers(self._cell, ())
         handler, modal, error = interrupt.handler, interrupt.modal, interrupt.error
-        self._enter(machine.handling(handler, sink, world, modal, error), interrupt.rest, None)
+        self._enter(machine.handling(handler, sink, world, modal, error), interrupt.rest, None, None)
 
     def follow_all(self) -> None:
         """Follow every way from the nodes that were entered."""
@@ -196,7 +202,7 @@ class _Surveyor:
         sink, world = _List(), Answers(self._cell, script)
         machine = sink.machine = node.machine.twin(sink, world)
         outcome = run_on(machine, world)
-        stretch = self._plan(node, sink)
+        stretch = self._excused(node, sink, self._plan(node, sink))
         if stretch is None:
             self.found.cut_at = self.found.cut_at or machine.line
             return []
@@ -206,9 +212,10 @@ class _Surveyor:
         if failure is not None:
             self.found.failures.append(failure)
         elif not isinstance(outcome, (Ended, Failed)) and not sink.endless:
-            target = self._enter(machine, stretch.planned.end, sink.refused)
+            errors = _handling_errors(node.errors, stretch.calls)
+            target = self._enter(machine, stretch.planned.end, sink.refused, errors)
         if failure is None:
-            self._note_interrupts(node, sink.calls)
+            self._note_interrupts(node, stretch.calls)
         self.found.stretches.append(stretch._replace(target=target, ends=isinstance(outcome, Ended)))
         return world.alternatives
 
@@ -227,6 +234,26 @@ class _Surveyor:
                     _Interrupt(handler, node.machine, planned.end, modal, error)
                     for error in (self._errors if of_errors else (0,))
                 )
+
+    def _excused(self, node: _Node, sink: _List, stretch: Stretch | None) -> Stretch | None:
+        """The stretch without the statements whose errors the program handles; each of them is a stop."""
+        calls = list(sink.calls)
+        while stretch is not None and (error := stretch.planned.failure) is not None:
+            whole = stretch if len(stretch.calls) == len(calls) else self._unfolded(node, calls, sink)
+            k = None if whole is None else _handled_call(node.errors, calls, whole.planned)
+            if k is None:
+                return stretch
+            self.found.excused.append(error)
+            calls[k] = Barrier(line=calls[k].line, reason="ON ERROR")
+            stretch = self._unfolded(node, calls, sink)
+        return stretch
+
+    def _unfolded(self, node: _Node, calls: Sequence[Call], sink: _List) -> Stretch | None:
+        planned = self._forecast(node.rest, tuple(calls))
+        if planned is None:
+            return None
+        ones = (1,) * len(calls)
+        return Stretch(node.number, None, tuple(calls), tuple(sink.cycles), ones, planned)
 
     def _plan(self, node: _Node, sink: _List) -> Stretch | None:
         """The stretch of a list of calls, folded where that shows the same; None if it was one too many."""
@@ -252,15 +279,17 @@ class _Surveyor:
         known = self._planned[key] = forecast(self._cell, rest, calls)
         return known
 
-    def _enter(self, machine: Machine, rest: Rest, refused: Call | None) -> int | None:
+    def _enter(
+        self, machine: Machine, rest: Rest, refused: Call | None, errors: Handler | None
+    ) -> int | None:
         """The number of a node, which is looked at if it is new; None if it is one too many."""
-        key = (machine.state, refused, rest.key)
+        key = (machine.state, refused, rest.key, errors)
         if key not in self._numbers:
             if len(self._numbers) >= MOST_NODES:
                 self.found.cut_at = self.found.cut_at or machine.line
                 return None
             number = self._numbers[key] = len(self._numbers)
-            self._waiting.append(_Node(number, machine, rest))
+            self._waiting.append(_Node(number, machine, rest, errors))
         return self._numbers[key]
 
 
@@ -268,6 +297,26 @@ def _errors_asked_for(program: Program) -> tuple[int, ...]:
     """Numbers of errors that a program may compare with, and one that it does not."""
     known = {int(code[1:]) for code in CATALOGUE if code.startswith(("E3", "E4"))}
     return (ANY_ERROR, *sorted(known.intersection(program.numbers)))
+
+
+def _handling_errors(handler: Handler | None, calls: Iterable[Call]) -> Handler | None:
+    """What handles errors behind calls that were made where `handler` did."""
+    for call in calls:
+        if isinstance(call, HandleErrors):
+            handler = call.handler
+        elif isinstance(call, SwitchOff) and call.handler == handler:
+            handler = None
+    return handler
+
+
+def _handled_call(handler: Handler | None, calls: Sequence[Call], planned: Forecast) -> int | None:
+    """Which of the calls has the error of its plan, if the program handles it; None if it does not."""
+    error = planned.failure
+    if error is None or not may_be_handled(error):
+        return None
+    done = planned.blocks[-1].number + 1 if planned.blocks else 0
+    k = next((k for k in range(done, len(calls)) if calls[k].line == error.line), None)
+    return None if k is None or _handling_errors(handler, calls[:k]) is None else k
 
 
 def _modal_behind(modal: Modal, calls: Iterable[Call]) -> Modal:

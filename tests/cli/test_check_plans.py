@@ -342,6 +342,38 @@ def test_subroutines_that_interrupt_are_planned_from_the_place_of_their_on(cli, 
     assert found["cycles"] == without["cycles"], "an interrupt is no part of the program's time"
 
 
+def test_errors_that_the_program_handles_are_advice_and_the_check_goes_on(cli, tmp_path: Path) -> None:
+    """In the time of the run that leaves the statement out, and only while ON ERROR is on."""
+    begin = "MJ X=1500 Y=0 Z=1500 A=0 B=90 C=0 F60\nON ERROR SUB FAULT\nML Y=300 F200 R20\n"
+    end = "ML Z=1600\nML Y=-300\n{}ML Y=9000\nEND\nFAULT:\nRESUME NEXT\nEND\n"
+    found = report(cli, f"{begin}ML X=9000\n{end}".format(""), tmp_path, ARM)
+    said = [(each["code"], each["line"], each["severity"]) for each in found["diagnostics"]]
+    assert said == [("W510", 4, "warning"), ("W510", 7, "warning")]
+    assert [row["line"] for row in found["statements"]] == [1, 3, 5, 6]
+    cell = parse_cell(ARM)
+    session = Session(cell, loaded(f"{begin}ML X=9000\n{end}".format(""), cell))
+    session.finish()
+    (cycle,) = found["cycles"]
+    assert cycle["longest_s"] == pytest.approx(session.kernel.tick * cell.tick, abs=0.01)
+    found = report(cli, f"{begin}ML X=9000\n{end}".format("OFF FAULT\n"), tmp_path, ARM)
+    assert [each["code"] for each in found["diagnostics"]][-1] == "E302"
+    assert found["cycles"] == []
+
+
+def test_rounds_of_a_loop_whose_errors_are_handled(cli, tmp_path: Path) -> None:
+    text = (
+        "MJ X=1500 Y=0 Z=1500 A=0 B=90 C=0 F60\nON ERROR SUB FAULT\nROW:\nML Y=300 F200\nML X=9000\n"
+        "ML Y=-300\nGOTO ROW 5\nEND\nFAULT:\nRESUME NEXT\nEND\n"
+    )
+    found = report(cli, text, tmp_path, ARM)
+    assert [(each["code"], each["line"]) for each in found["diagnostics"]] == [("W510", 5)]
+    (cycle,) = found["cycles"]
+    cell = parse_cell(ARM)
+    session = Session(cell, loaded(text, cell))
+    session.finish()
+    assert cycle["longest_s"] == pytest.approx(session.kernel.tick * cell.tick, abs=0.02)
+
+
 def test_what_handles_errors_is_planned_for_the_errors_it_asks_for(cli, tmp_path: Path) -> None:
     text = (
         "MJ X=1500 Y=0 Z=1500 A=0 B=90 C=0 F60\nON ERROR SUB FAULT\nML Y=300 F200\nEND\n"

@@ -72,7 +72,11 @@ def blocks(run: Run) -> Iterator[Block]:
             for begun, back in beside
         )
     ]
-    for event, (number, motion) in zip(events, run.motions().items(), strict=False):
+    left_out = {
+        event.line for event in run.session.events if event.kind == "interrupt" and "code" in event.data
+    }
+    made = ((number, motion) for number, motion in run.motions().items() if motion.line not in left_out)
+    for event, (number, motion) in zip(events, made, strict=False):
         assert event.line == motion.line
         curve = programmed.motion(motion)
         X_flange_tool = run.cell.tools[motion.tool].X_flange_tool

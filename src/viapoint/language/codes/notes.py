@@ -73,6 +73,17 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "ML X=1700 F100\nOFF LOST\nSUB LOST\nEND\nLOST:\nSET DO1\nEND\n",
     ),
     entry(
+        "W510",
+        "an error that the program handles",
+        """The statement cannot be planned, and an ON ERROR that is on there handles the error. Its subroutine
+        decides what becomes of it when the robot comes to the place; the check leaves the statement out and
+        plans on behind it. If it is not meant to fail, its own code says what is wrong with it.""",
+        Example(
+            program="MJ J1=10 F50\nON ERROR SUB FAULT\nML X=9000\nMJ J1=0\nEND\nFAULT:\nRESUME NEXT\nEND\n",
+            cell='[robot]\nmodel = "frigeni6"\n',
+        ),
+    ),
+    entry(
         "I601",
         "not every way was planned",
         """`check` follows both answers of every read, and plans on from every place the robot may then be in.

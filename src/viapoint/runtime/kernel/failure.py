@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from viapoint.runtime.records import Floats
 
 
@@ -18,6 +20,15 @@ class MotionError(Exception):
 
 class PlanningError(MotionError):
     """E3xx: found while planning, before the robot moves there."""
+
+
+_NEVER_HANDLED: Final = frozenset({"E390", "E392"})
+"""Of planning: what cannot be run at all."""
+
+
+def may_be_handled(error: MotionError) -> bool:
+    """Whether a program may handle an error: it is one of planning, the robot stands on its path."""
+    return error.code.startswith("E3") and error.code not in _NEVER_HANDLED
 
 
 class OutOfReach(PlanningError):

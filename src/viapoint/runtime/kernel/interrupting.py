@@ -16,7 +16,7 @@ from viapoint.language.units import DEG
 from viapoint.runtime.cell import Frame, Point
 from viapoint.runtime.kernel.breaks import HERE, Start
 from viapoint.runtime.kernel.buffer import MotionBuffer
-from viapoint.runtime.kernel.failure import ExecutionError, MotionError
+from viapoint.runtime.kernel.failure import ExecutionError, MotionError, may_be_handled
 from viapoint.runtime.kernel.interrupts import Interrupts
 from viapoint.runtime.kernel.levels import Grounds, Level
 from viapoint.runtime.kernel.passing import Passing
@@ -34,9 +34,6 @@ _BACK: Final = 1e-12
 
 _MOST_IN_A_TICK: Final = 16
 """Errors handled in one tick: more are a loop that never ends."""
-
-_NOT_HANDLED: Final = frozenset({"E390", "E392"})
-"""Of planning: what cannot be run at all."""
 
 _LEAST_BUFFER: Final = 3
 """Slots for the way back: the tool, the move, the end behind it."""
@@ -244,11 +241,11 @@ class Interrupting(Tracking):
         return True
 
     def _can_be_handled(self, error: MotionError) -> bool:
-        """Whether it is one of planning: the robot stands on its path, and can go on."""
+        """Whether it may be, and nobody has asked the robot to stop."""
         stopped = self._hold in (Hold.STOP, Hold.EMERGENCY) or self.guard.alarm is not None
         if stopped or not self._interruptible:
             return False
-        return error.code.startswith("E3") and error.code not in _NOT_HANDLED
+        return may_be_handled(error)
 
     def _begin_anew(self) -> None:
         """What the program has not executed yet is planned again from where the robot stands."""
