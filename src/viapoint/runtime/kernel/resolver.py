@@ -56,9 +56,6 @@ _KINDS: Final = {
 }
 _POSITION: Final = ("X", "Y", "Z")
 _ROTATION: Final = ("A", "B", "C")
-_UNTAGGED: Final = -1
-"""Tag of a motion that may be resolved for more than one."""
-
 _SAME: Final = 9
 """Decimals by which two orientations are told apart."""
 
@@ -127,11 +124,13 @@ class Resolver:
 
     def resolve(self, motion: Motion, tag: int) -> Resolved:
         """The move of `motion`, which starts where the last one ended. Raises PlanningError."""
-        found = self._known.get(self._key(motion), lambda: self._resolved(motion))
+        found = self._known.get(self._key(motion), lambda: self._resolved(motion, tag))
         resolved, self._doubtful_end, self._sure = found
         self.stand = resolved.end
         self._edge_before = motion.round_edge or 0.0
         self._joint_before = resolved.move.kind is MoveKind.JOINT
+        if resolved.move.tag == tag:
+            return resolved
         return replace(resolved, move=replace(resolved.move, tag=tag))
 
     def _key(self, motion: Motion) -> Hashable:
@@ -145,12 +144,12 @@ class Resolver:
             (self.offset, self._joint_before, self._edge_before, self._doubtful_end, self._sure),
         )
 
-    def _resolved(self, motion: Motion) -> tuple[Resolved, bool, bool]:
+    def _resolved(self, motion: Motion, tag: int) -> tuple[Resolved, bool, bool]:
         """The move, whether its end is doubtful, and whether the joints there are sure."""
         X_flange_tool = self.places.tool(motion.tool, motion.line)
         resolve = self._joint_move if _KINDS[motion.kind] is MoveKind.JOINT else self._path_move
         try:
-            return resolve(motion, X_flange_tool), self._doubtful_end, self._sure
+            return resolve(motion, tag, X_flange_tool), self._doubtful_end, self._sure
         except GeometryError as error:
             raise PlanningError(error.code, error.message, motion.line) from None
 
@@ -223,19 +222,19 @@ class Resolver:
             self._inverse = X_flange_tool, invert_pose(X_flange_tool)
         return self._inverse[1]
 
-    def _joint_move(self, motion: Motion, X_flange_tool: Floats) -> Resolved:
+    def _joint_move(self, motion: Motion, tag: int, X_flange_tool: Floats) -> Resolved:
         e = self._auxiliary_target(motion)
         q_target = self._joint_target(motion, X_flange_tool, e)
         end = Stand(q_target, self.robot.fk(q_target), e)
-        move = self._joint_line(motion, X_flange_tool, end)
+        move = self._joint_line(motion, tag, X_flange_tool, end)
         self._doubtful_end = edge_in_doubt(self.robot, self.stand.q, q_target, motion.round_edge or 0.0, -1)
         rule = UNBOUND if auxiliary_alone(move) else speed_rule(motion, self.cell)
         return Resolved(move, rule, X_flange_tool, end, segment=programmed(move))
 
-    def _joint_line(self, motion: Motion, X_flange_tool: Floats, end: Stand) -> Move:
+    def _joint_line(self, motion: Motion, tag: int, X_flange_tool: Floats, end: Stand) -> Move:
         move = Move(
             kind=MoveKind.JOINT,
-            tag=_UNTAGGED,
+            tag=tag,
             start=_pose(self.stand.X_base_flange @ X_flange_tool),
             target=_pose(end.X_base_flange @ X_flange_tool),
             q_start=self.stand.q,
@@ -266,7 +265,7 @@ class Resolver:
         self.places.check_range(q, motion)
         return q
 
-    def _path_move(self, motion: Motion, X_flange_tool: Floats) -> Resolved:
+    def _path_move(self, motion: Motion, tag: int, X_flange_tool: Floats) -> Resolved:
         self._sure &= not (self._joint_before and self._doubtful_end)
         e = self._auxiliary_target(motion)
         start = self.stand.X_base_flange @ X_flange_tool
@@ -278,7 +277,7 @@ class Resolver:
             via = Pose(X_via[:3, 3], _pose(X_via).quaternion if oriented else None)
         move = Move(
             kind=_KINDS[motion.kind],
-            tag=_UNTAGGED,
+            tag=tag,
             start=_pose(start),
             target=_pose(target),
             via=via,
@@ -290,7 +289,7 @@ class Resolver:
             return self._tangential(motion, move, e, X_flange_tool)
         end, configuration = replace(self.stand, e=e), None
         if (segment := programmed(move)) is not None:
-            piece = Piece(segment, 0.0, segment.length, _UNTAGGED, ends=True, stop=True)
+            piece = Piece(segment, 0.0, segment.length, tag, ends=True, stop=True)
             path = Stretch(piece, self._from_tool(X_flange_tool), motion.line, PathLimits.APPLY)
             edge = max(motion.round_edge or 0.0, self._edge_before)
             margin = rounding_margin(move, edge, self.cell.path_tolerance)
@@ -299,7 +298,7 @@ class Resolver:
             end, configuration = Stand(reached.q, reached.X_base_flange, e), reached.configuration
         move = self._with_auxiliary(move, e)
         if auxiliary_alone(move):
-            return Resolved(self._joint_line(motion, X_flange_tool, end), UNBOUND, X_flange_tool, end)
+            return Resolved(self._joint_line(motion, tag, X_flange_tool, end), UNBOUND, X_flange_tool, end)
         known = segment if move.e_start is None and move.kind is not MoveKind.SPLINE else None
         return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end, configuration, known)
 
@@ -311,7 +310,9 @@ class Resolver:
         move = self._with_auxiliary(tangential_move(programmed, _orientation(start), how), e)
         if auxiliary_alone(move):
             end = replace(self.stand, e=e)
-            return Resolved(self._joint_line(motion, X_flange_tool, end), UNBOUND, X_flange_tool, end)
+            return Resolved(
+                self._joint_line(motion, move.tag, X_flange_tool, end), UNBOUND, X_flange_tool, end
+            )
         last = end_pose(replace(programmed, start=start))
         X_end = np.eye(4)
         X_end[:3, :3], X_end[:3, 3] = quaternion_to_matrix(_orientation(last)[None])[0], last.position
