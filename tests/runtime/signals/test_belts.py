@@ -34,8 +34,8 @@ def test_a_belt_without_a_script_stands() -> None:
     still = Belt(conveyor, None, 0, TICK)
     assert (still.travel(np.arange(5000)) == 0.0).all()
     assert (still.measured(0, 50)[1] == 0.0).all()
-    assert still.rests_from == 0.0
-    assert belt().rests_from == np.inf
+    assert still.rest_tick == 0
+    assert belt().rest_tick == np.inf
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.5])
