@@ -216,6 +216,16 @@ def test_interrupts_that_are_on_are_switched_on_behind_the_approach() -> None:
     assert start_of(1, INTERRUPTED).interrupts == ()
 
 
+def test_a_statement_above_whose_error_is_handled_is_left_out() -> None:
+    """The robot goes to where the motion before it ends; without ON ERROR the start is refused."""
+    run = session(10, INTERRUPTED)
+    assert run.finish() is Status.FINISHED
+    assert blocks(run) == [(10, "MJ")]
+    assert start_of(10, INTERRUPTED).approach is not None
+    with pytest.raises(StartError, match="line 9 cannot be planned"):
+        start_of(10, INTERRUPTED.replace("OFF OTHER", "OFF FAULT"))
+
+
 def test_a_run_does_not_start_in_a_subroutine_that_interrupts() -> None:
     with pytest.raises(StartError, match="never reached"):
         start_of(13, INTERRUPTED)

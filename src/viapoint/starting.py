@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Final, TypeGuard
 
 import numpy as np
 
+from viapoint.excusing import plan_excused
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
-from viapoint.runtime.kernel.forecast import Rest, forecast
+from viapoint.runtime.kernel.forecast import Forecast, Rest, forecast
 from viapoint.runtime.kernel.returning import joint_move
 from viapoint.vm import Machine, Program
 from viapoint.vm.ports import (
@@ -294,12 +295,19 @@ def _approach(above: Sequence[Call], ahead: Sequence[Call], cell: Cell, line: in
     if not motions:
         return None
     home = Rest(np.asarray(cell.home, dtype=np.float64), AuxiliaryAxes.of(cell).start, 0)
-    planned = forecast(cell, home, calls)
+    planned = _forecast(cell, home, calls)
     if planned.failure is not None:
         failure = planned.failure
         raise StartError(f"line {failure.line} cannot be planned: {failure.message}", None)
     end = planned.end
     return joint_move(cell, end.q, end.e, line=line, tool=motions[-1].tool, speed=APPROACH)
+
+
+def _forecast(cell: Cell, home: Rest, calls: Sequence[Call]) -> Forecast:
+    """How calls are planned from home, without the statements whose errors the program handles."""
+    planned = forecast(cell, home, calls)
+    found, _, _ = plan_excused(calls, None, planned, lambda left: forecast(cell, home, left))
+    return found or planned
 
 
 def _replaced(call: Call | None, line: int) -> TypeGuard[Motion]:

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from viapoint.excusing import handling_errors, plan_excused
 from viapoint.language.catalogue import CATALOGUE
 from viapoint.runtime.kernel import ExecutionError
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
-from viapoint.runtime.kernel.failure import may_be_handled
 from viapoint.runtime.kernel.forecast import Forecast, Rest, forecast
 from viapoint.runtime.kernel.guard import TickGuard
 from viapoint.runtime.kernel.trace import Trace
@@ -40,7 +40,6 @@ from viapoint.vm.ports import (
     Motion,
     RaiseM,
     SelectTool,
-    SwitchOff,
     SwitchOn,
     Track,
 )
@@ -212,7 +211,7 @@ class _Surveyor:
         if failure is not None:
             self.found.failures.append(failure)
         elif not isinstance(outcome, (Ended, Failed)) and not sink.endless:
-            errors = _handling_errors(node.errors, stretch.calls)
+            errors = handling_errors(node.errors, stretch.calls)
             target = self._enter(machine, stretch.planned.end, sink.refused, errors)
         if failure is None:
             self._note_interrupts(node, stretch.calls)
@@ -237,23 +236,18 @@ class _Surveyor:
 
     def _excused(self, node: _Node, sink: _List, stretch: Stretch | None) -> Stretch | None:
         """The stretch without the statements whose errors the program handles; each of them is a stop."""
-        calls = list(sink.calls)
-        while stretch is not None and (error := stretch.planned.failure) is not None:
-            whole = stretch if len(stretch.calls) == len(calls) else self._unfolded(node, calls, sink)
-            k = None if whole is None else _handled_call(node.errors, calls, whole.planned)
-            if k is None:
-                return stretch
-            self.found.excused.append(error)
-            calls[k] = Barrier(line=calls[k].line, reason="ON ERROR")
-            stretch = self._unfolded(node, calls, sink)
-        return stretch
-
-    def _unfolded(self, node: _Node, calls: Sequence[Call], sink: _List) -> Stretch | None:
-        planned = self._forecast(node.rest, tuple(calls))
-        if planned is None:
+        if stretch is None or stretch.planned.failure is None:
+            return stretch
+        whole = self._forecast(node.rest, tuple(sink.calls))
+        if whole is None:
             return None
-        ones = (1,) * len(calls)
-        return Stretch(node.number, None, tuple(calls), tuple(sink.cycles), ones, planned)
+        planned, calls, excused = plan_excused(
+            sink.calls, node.errors, whole, lambda calls: self._forecast(node.rest, calls)
+        )
+        self.found.excused += excused
+        if planned is None or not excused:
+            return stretch if planned is not None else None
+        return Stretch(node.number, None, calls, tuple(sink.cycles), (1,) * len(calls), planned)
 
     def _plan(self, node: _Node, sink: _List) -> Stretch | None:
         """The stretch of a list of calls, folded where that shows the same; None if it was one too many."""
@@ -297,26 +291,6 @@ def _errors_asked_for(program: Program) -> tuple[int, ...]:
     """Numbers of errors that a program may compare with, and one that it does not."""
     known = {int(code[1:]) for code in CATALOGUE if code.startswith(("E3", "E4"))}
     return (ANY_ERROR, *sorted(known.intersection(program.numbers)))
-
-
-def _handling_errors(handler: Handler | None, calls: Iterable[Call]) -> Handler | None:
-    """What handles errors behind calls that were made where `handler` did."""
-    for call in calls:
-        if isinstance(call, HandleErrors):
-            handler = call.handler
-        elif isinstance(call, SwitchOff) and call.handler == handler:
-            handler = None
-    return handler
-
-
-def _handled_call(handler: Handler | None, calls: Sequence[Call], planned: Forecast) -> int | None:
-    """Which of the calls has the error of its plan, if the program handles it; None if it does not."""
-    error = planned.failure
-    if error is None or not may_be_handled(error):
-        return None
-    done = planned.blocks[-1].number + 1 if planned.blocks else 0
-    k = next((k for k in range(done, len(calls)) if calls[k].line == error.line), None)
-    return None if k is None or _handling_errors(handler, calls[:k]) is None else k
 
 
 def _modal_behind(modal: Modal, calls: Iterable[Call]) -> Modal:
