@@ -63,3 +63,19 @@ def test_a_robot_that_may_be_interrupted_does_not_wait_in_vain() -> None:
     assert done.ticks_of("interrupt", 1, action="begun") == [1000]
     assert done.failures[1].startswith("E4"), "when nothing can come any more it is said"
     assert done.station.tick > 1000
+
+
+@pytest.mark.parametrize("beside", ["WAIT 0.3", "ML Y=-1000 F300"])
+def test_a_robot_that_waits_for_a_zone_is_interrupted_there(beside: str) -> None:
+    """The zone may be given to it meanwhile; it goes in when it is back."""
+    waits = RIGHT.replace("\nML Y=900", "\nON DI1 SUB LOST\nML Y=900", 1) + f"END\nLOST:\n{beside}\nEND\n"
+    done, other = (
+        run(LEFT, waits, cell=MIDDLE + FACING, scenario=at(2.5, DI1=True), window=window)
+        for window in (1024, 50)
+    )
+    assert done.station.status is Status.FINISHED, done.failures
+    assert done.history == other.history
+    (begun,), (back,) = (done.ticks_of("interrupt", 2, action=a) for a in ("begun", "returned"))
+    assert begun == 2500, "it stood before the zone"
+    left, entered = done.ticks_of("zone", 1, action="left")[0], done.ticks_of("zone", 2, action="entered")[0]
+    assert max(left, back) < entered < max(left, back) + 60

@@ -114,9 +114,9 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "E214",
         "jump out of a subroutine that interrupts",
         """A subroutine that an ON names runs while the program stands somewhere on its path, and the program
-        goes on from there afterwards. It has to come to its END: a GOTO, or the GOTO of a WAIT, that leads
-        out of it would leave that place behind for ever. Set an output in it, or an M flag, and let the
-        program ask for that where it can act on it.""",
+        goes on from there afterwards. It has to come to its END, and so has every subroutine that it calls: a
+        GOTO, or the GOTO of a WAIT, that leads out of one would leave that place behind for ever. Set an
+        output in it, or an M flag, and let the program ask for that where it can act on it.""",
         "HOME F50\nON DI1 SUB LOST\nML X=1700 F100\nAGAIN:\nML X=1600\nEND\nLOST:\nGOTO AGAIN\nEND\n",
     ),
     entry(
