@@ -8,7 +8,7 @@ ahead, and it slows down where its joints could not follow.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -30,6 +30,9 @@ _RUNGS: Final = 10
 """How often that is tried: to 3 % of the rate."""
 
 _SLOWEST: Final = _SLOWER**_RUNGS
+
+_LONGEST_S: Final = 3.0
+"""s. A rate of the TCP that takes longer to come to, or to leave, is none that its joints can follow."""
 
 _HALVINGS: Final = 22
 """Of a rate, to stop within some micrometres: how far a stop leads depends steeply on it."""
@@ -65,6 +68,7 @@ class _Plan:
     states: Floats
     lengths: Floats
     free: int | None
+    hardest: Floats  # (2, m) acceleration and jerk with which it brakes
 
     def __len__(self) -> int:
         return len(self.states)
@@ -95,6 +99,7 @@ class Jogger:
         self._plan: _Plan | None = None
         self._sent = 0  # ticks of it
         self._length = 0.0  # of the TCP's way up to the plan
+        self._hardest: Floats | None = None  # of the plan
         self._rung = 0
         self._share = 1.0
         self._factor = 1.0
@@ -149,7 +154,7 @@ class Jogger:
         """The plan is over: the robot is at rest."""
         assert self._plan is not None, "there was one"
         self._length += float(self._plan.lengths[-1])
-        self._plan, self._sent = None, 0
+        self._plan, self._sent, self._hardest = None, 0, None
         self._now = np.zeros_like(self._now)
 
     # --- plans ---------------------------------------------------------------------------------------
@@ -218,15 +223,18 @@ class Jogger:
             R = self._here.X[:3, :3]
         across = R.T @ coordinates.R
         now = np.concatenate((across @ self._now[:3], across @ self._now[3:]))
-        self._now = np.where(np.abs(now) < _STILL, 0.0, now)
+        self._now, self._hardest = np.where(np.abs(now) < _STILL, 0.0, now), None
         coordinates.R, self._driven = R, demand
         return True
 
     def _to_rest(self) -> None:
-        stop = self._checked(self._planned(np.zeros(self._coordinates.count), 0))
-        if isinstance(stop, _Plan):
-            self._take(stop)
-        elif self._plan is not None and self._plan.free is not None:
+        rest = np.zeros(self._coordinates.count)
+        for hard in (False, True):
+            stop = self._checked(self._planned(rest, 0, hard=hard))
+            if isinstance(stop, _Plan):
+                self._take(stop)
+                return
+        if self._plan is not None and self._plan.free is not None:
             self._hurry()
 
     def _hurry(self) -> None:
@@ -235,7 +243,7 @@ class Jogger:
         assert plan is not None, "in motion"
         free = self._sent + 1
         following = free if free < len(plan) and plan.free is not None and free < plan.free else None
-        self._plan = _Plan(plan.placed, plan.states, plan.lengths, following)
+        self._plan = replace(plan, free=following)
 
     def _drive(self, demand: Demand) -> None:
         """On at the rate asked for, or as near to it as may be; else as far as may be, and stop."""
@@ -252,11 +260,11 @@ class Jogger:
                 break
             self._rung += 1
         self.obstacle = found
-        farthest = self._farthest(rates, plan.free or 0)
+        farthest = self._farthest(rates, self._ahead if plan is None else plan.free or 0)
         if farthest is not None:
             self._take(farthest)
         elif self._plan is not None:
-            self._plan = _Plan(self._plan.placed, self._plan.states, self._plan.lengths, None)
+            self._plan = replace(self._plan, free=None)
 
     def _slowed(self, wanted: Floats) -> Floats:
         """Rates (m,) that the limits and what went before allow of those wanted."""
@@ -293,45 +301,68 @@ class Jogger:
                 slow, best = share, max(best, found, key=lambda plan: plan.way(rates))
             else:
                 fast = share
-        return _Plan(best.placed, best.states, best.lengths, None)
+        return replace(best, free=None)
 
-    def _planned(self, rates: Floats, ahead: int | None, ticks: int | None = None) -> _Plan:
-        """To those rates, `ahead` ticks at them (or `ticks` from now on in all), then to rest."""
+    def _planned(
+        self, rates: Floats, ahead: int | None, ticks: int | None = None, *, hard: bool = False
+    ) -> _Plan | None:
+        """To those rates, `ahead` ticks at them (or `ticks` from now on in all), then to rest.
+
+        With `hard` it brakes at least as the plan before would. None where it takes too long to be tried.
+        """
         bounds, tick = self._bounds(rates), self._tick
-        acceleration, jerk = bounds.acceleration * self._factor, bounds.jerk * self._factor
+        hardest = np.stack((bounds.acceleration, bounds.jerk))
+        if hard and self._hardest is not None:
+            hardest = np.maximum(hardest, self._hardest)
         starts = [Follower(0.0, *self._now[i, 1:].tolist()) for i in range(len(rates))]
-        limits = list(zip(acceleration.tolist(), jerk.tolist(), strict=True))
+        limits, braking = (
+            list(zip(*(self._factor * each).tolist(), strict=True))
+            for each in (np.stack((bounds.acceleration, bounds.jerk)), hardest)
+        )
         driven: Floats | None = None
         if ahead != 0 and ticks != 0:
             ways = [
                 towards(start, rate, *limit)
                 for start, rate, limit in zip(starts, rates.tolist(), limits, strict=True)
             ]
+            longest = max(way.duration for way in ways)
+            if self._gives_up and longest > _LONGEST_S:
+                return None
             if ticks is None:
-                ticks = int(np.ceil(max(way.duration for way in ways) / tick - 1e-9)) + (ahead or 0)
+                ticks = int(np.ceil(longest / tick - 1e-9)) + (ahead or 0)
             times = (tick * np.arange(1, ticks + 1)).tolist()
             driven = np.array([way.states(times) for way in ways]).transpose(1, 0, 2)
         if driven is not None and len(driven):
             ends = [Follower(*state.tolist()) for state in driven[-1]]
         else:
             driven, ends = np.zeros((0, len(rates), 3)), starts
-        stops = [towards(end, 0.0, *limit) for end, limit in zip(ends, limits, strict=True)]
-        count = int(np.ceil(max(stop.duration for stop in stops) / tick - 1e-9))
+        stops = [towards(end, 0.0, *limit) for end, limit in zip(ends, braking, strict=True)]
+        longest = max(stop.duration for stop in stops)
+        if self._gives_up and longest > _LONGEST_S:
+            return None
+        count = int(np.ceil(longest / tick - 1e-9))
         times = (tick * np.arange(1, count + 1)).tolist()
         braked = np.array([stop.states(times) for stop in stops]).reshape(len(rates), count, 3)
         states = np.concatenate((driven, braked.transpose(1, 0, 2)))
         if len(states):
             states[-1, :, 1:] = 0.0
-        return self._laid(states, len(driven))
+        return self._laid(states, len(driven), hardest)
 
-    def _laid(self, states: Floats, free: int) -> _Plan:
+    @property
+    def _gives_up(self) -> bool:
+        """Next to a singular pose a joint may leave the TCP next to no acceleration."""
+        return isinstance(self._coordinates, TcpAxes)
+
+    def _laid(self, states: Floats, free: int, hardest: Floats) -> _Plan:
         placed = self._coordinates.place(self._here, states[:, :, 0])
         steps = np.diff(placed.X[:, :3, 3], axis=0, prepend=self._here.X[None, :3, 3])
         lengths = np.linalg.norm(steps, axis=1).cumsum()
-        return _Plan(placed, states, lengths, free or None)
+        return _Plan(placed, states, lengths, free or None, hardest)
 
-    def _checked(self, plan: _Plan) -> _Plan | Obstacle:
+    def _checked(self, plan: _Plan | None) -> _Plan | Obstacle:
         """The plan, if every tick of it may be sent; else what is wrong with the first that may not."""
+        if plan is None:
+            return self._lookout.hardly_moves(self._here.axes)
         if not len(plan):
             return plan
         return self._lookout.wrong(plan.placed, self._factor) or plan
@@ -340,5 +371,6 @@ class Jogger:
         if self._plan is not None and self._sent:
             self._length += float(self._plan.lengths[self._sent - 1])
         self._plan, self._sent = (plan, 0) if len(plan) else (None, 0)
+        self._hardest = plan.hardest
         if self._plan is None:
-            self._now = np.zeros_like(self._now)
+            self._now, self._hardest = np.zeros_like(self._now), None

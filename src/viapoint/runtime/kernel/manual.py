@@ -91,6 +91,8 @@ class Manual(Tracking):
         jogger, first = self._moving_by_hand, self.trace.tick + 1
         if self._lets_go is not None and jogger.demand is not None:
             ticks = min(ticks, max(self._lets_go - self.trace.tick, 1))
+        if (pulse := self.execution.pulses.next_end) is not None:
+            ticks = min(ticks, max(pulse - self.trace.tick, 1))
         if jogger.at_rest:  # let go before it had set out
             window = self.telemetry.standing(first, 1, self._told, self._now.status)
             self.trace.tick = first

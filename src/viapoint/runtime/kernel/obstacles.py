@@ -73,6 +73,10 @@ class Lookout:
         ]
         return min(found, key=lambda each: each[0])[1] if found else None
 
+    def hardly_moves(self, axes: Floats) -> Obstacle:
+        """What keeps the TCP from moving at more than a crawl, at axes (n + k,)."""
+        return Obstacle("E304", f"the joints cannot follow{self._next_to(axes)}", False)
+
     def _out_of_reach(self, placed: Placed) -> tuple[int, Obstacle] | None:
         if placed.reachable.all():
             return None
@@ -111,13 +115,14 @@ class Lookout:
         return first
 
     def _cannot_follow(self, axes: Floats, k: int, what: str) -> Obstacle:
-        reason = f"{self._names[k]} would pass its {what} limit"
-        measures = self._cell.robot.singularity(axes[: self._n]).measures if k < self._n else {}
-        if measures:
-            name = min(measures, key=lambda each: abs(measures[each]))
-            if abs(measures[name]) < _NEAR:
-                reason += f", next to the {name} singularity"
-        return Obstacle("E304", reason, False)
+        near = self._next_to(axes) if k < self._n else ""
+        return Obstacle("E304", f"{self._names[k]} would pass its {what} limit{near}", False)
+
+    def _next_to(self, axes: Floats) -> str:
+        measures = self._cell.robot.singularity(axes[: self._n]).measures
+        name = min(measures, key=lambda each: abs(measures[each]), default=None)
+        near = name is not None and abs(measures[name]) < _NEAR
+        return f", next to the {name} singularity" if near else ""
 
     def _breaks_rule(self, joints: Floats) -> tuple[int, Obstacle] | None:
         monitor, tool = self._monitor, self._tool
