@@ -1,7 +1,8 @@
 """How far, and how fast, a belt may travel while a tracked section is worked on: what a survey shows of it.
 
 The section is planned with the belt standing at its latch. Each of its motions is then shifted along the
-belt, in the configuration it was planned in, as far as it stays within reach and within the joint ranges.
+belt, in the configuration it was planned in, as far as it stays within reach and within the joint ranges,
+and the robot out of forbidden zones and off itself.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from viapoint.language.units import MM
-from viapoint.vm.ports import Dwell, Track
+from viapoint.runtime.workspace import TOUCH, Monitor
+from viapoint.vm.ports import Dwell, Motion, Track
 
 if TYPE_CHECKING:
     from viapoint.runtime.cell import Cell
@@ -27,6 +29,9 @@ FARTHEST: Final = 5.0
 
 _STEP: Final = 0.01
 """m of travel between two looks, short enough that joints are followed through their full turns."""
+
+_THIN: Final = 0.005
+"""m of way of the robot between two places of a motion that are looked at, at least: of a wire frame."""
 
 _HALVINGS: Final = 20
 """Of a step: 10 nm are left of it."""
@@ -52,16 +57,20 @@ def tracking(survey: Survey, cell: Cell) -> Iterator[dict[str, Any]]:
     """One row for each line of a tracked section; of all ways through it the tightest."""
     latest = _latest(survey.stretches)
     rides: dict[tuple[int, int], _Ride] = {}
-    known: dict[tuple[int, bytes], tuple[float, float]] = {}
+    known: dict[tuple[int, int, bytes], tuple[float, float]] = {}
+    monitor = Monitor(cell)
     for stretch in survey.stretches:
         begin = latest.get(stretch.source, 0.0)
         for block, end in zip(stretch.planned.blocks, _ends(stretch), strict=True):
             if block.track is None or block.joints is None:
                 continue
             ride = rides.setdefault((block.line, block.track.line), _Ride(block.track))
-            key = (block.track.conveyor, np.round(block.joints, _SAME).tobytes())
+            motion = stretch.calls[block.number]
+            assert isinstance(motion, Motion), "a block is a motion's"
+            key = (block.track.conveyor, motion.tool, np.round(block.joints, _SAME).tobytes())
             if key not in known:
-                known[key] = reach(cell, cell.conveyors[block.track.conveyor], block.joints)
+                watched = _Watched(monitor, motion.tool) if monitor.active else None
+                known[key] = reach(cell, cell.conveyors[block.track.conveyor], block.joints, watched)
             low, high = known[key]
             ride.lowest, ride.highest = max(ride.lowest, low), min(ride.highest, high)
             ride.seconds = max(ride.seconds, begin + end)
@@ -95,14 +104,42 @@ def _taken(conveyor: Conveyor) -> float:
 # --- travel -------------------------------------------------------------------------------------
 
 
-def reach(cell: Cell, conveyor: Conveyor, joints: Floats) -> tuple[float, float]:
-    """Travel (m) up to which all poses of a motion, joints (N, n), can be reached; inf beyond `FARTHEST`."""
-    return -_farthest(cell, -conveyor.X_base_belt[:3, 0], joints), _farthest(
-        cell, conveyor.X_base_belt[:3, 0], joints
-    )
+class _Watched:
+    """The rules of the workspace along a motion, with few looks: a clearance vouches for what is as near."""
+
+    def __init__(self, monitor: Monitor, tool: int) -> None:
+        self._monitor = monitor
+        self._tool = tool
+        self._pace = monitor.pace(tool)
+        self._step = max(monitor.body(tool).thinnest, _THIN)
+        self._seen: tuple[Floats, float] | None = None  # joints (N, n) looked at last, and their clearance
+
+    def allows(self, joints: Floats) -> bool:
+        """Whether the robot breaks no rule along a motion, joints (N, n) at places along it."""
+        if self._seen is not None:
+            before, clearance = self._seen
+            if float((np.abs(joints - before) @ self._pace).max()) < clearance:
+                return True
+        steps = np.ceil(np.abs(np.diff(joints, axis=0)) @ self._pace / self._step).astype(int)
+        parts = [
+            np.linspace(a, b, max(k, 1), endpoint=False)
+            for a, b, k in zip(joints, joints[1:], steps, strict=False)
+        ]
+        clearances, _ = self._monitor.clearances(np.concatenate((*parts, joints[-1:])), self._tool)
+        clearance = float(clearances.min())
+        self._seen = joints.copy(), clearance
+        return clearance >= -TOUCH
 
 
-def _farthest(cell: Cell, along: Floats, joints: Floats) -> float:
+def reach(
+    cell: Cell, conveyor: Conveyor, joints: Floats, watched: _Watched | None = None
+) -> tuple[float, float]:
+    """Travel (m) up to which a motion, joints (N, n), can be run; inf beyond `FARTHEST`."""
+    along = conveyor.X_base_belt[:3, 0]
+    return -_farthest(cell, -along, joints, watched), _farthest(cell, along, joints, watched)
+
+
+def _farthest(cell: Cell, along: Floats, joints: Floats, watched: _Watched | None) -> float:
     """Travel along a direction (3,) in the base; the joints are followed from pose to pose."""
     robot = cell.robot
     poses, configurations = robot.fk(joints), robot.configuration(joints)
@@ -111,7 +148,8 @@ def _farthest(cell: Cell, along: Floats, joints: Floats) -> float:
     def at(travel: float, near: Floats) -> Floats | None:
         shifted[:, :3, 3] = poses[:, :3, 3] + travel * along
         q, reachable = robot.ik_branch(shifted, configurations, near)
-        return q if bool(reachable.all() and robot.limits.contain(q).all()) else None
+        good = bool(reachable.all() and robot.limits.contain(q).all())
+        return q if good and (watched is None or watched.allows(q)) else None
 
     near, travel = joints, 0.0
     for k in range(round(FARTHEST / _STEP)):

@@ -42,8 +42,9 @@ def event_text(event: Event) -> str:
             then = f", {data['reason']}" if "reason" in data else ""
             return f"{data['label']} {data['action']}{place}{then}{why}"
         case "m" | "track":
-            part = f", part {data['part']}" if "part" in data else ""
-            return f"{data['index']} {data['action']}{part}"
+            more = f", part {data['part']}" if "part" in data else ""
+            more += f" to {fixed(number(event, 'percent'), 0)} %" if "percent" in data else ""
+            return f"{data['index']} {data['action']}{more}"
         case "error":
             return f"{data['code']}: {data['message']}"
         case _:

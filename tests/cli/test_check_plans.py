@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from viapoint.runtime.cell import Cell, load_cell, parse_cell
 from viapoint.runtime.kernel.forecast import BlockForecast
 from viapoint.runtime.records import Event
 from viapoint.runtime.signals import parse_scenario
+from viapoint.runtime.workspace import Monitor
 from viapoint.session import Loaded, Session, compile_file, compile_text
 from viapoint.surveying import Survey, survey
 from viapoint.vm.folding import fold
@@ -261,6 +263,43 @@ def test_belt_travel_of_a_tracked_section_is_that_of_the_inverse_kinematics(cli)
     (note,) = [d for d in found["diagnostics"] if d["code"] == "I604"]
     assert note["line"] == 5
     assert f"{max(row['from_mm'] for row in found['tracking']):.1f} to" in note["message"]
+
+
+@pytest.mark.parametrize("corner", [(0, 900), (-2000, -1000)], ids=["before", "behind"])
+def test_belt_travel_ends_where_the_robot_would_come_into_a_zone(
+    cli, tmp_path: Path, corner: tuple[int, int]
+) -> None:
+    """Right before the end of the travel no part of the robot is in the zone, right behind it one is."""
+    first, second = corner
+    zone = (
+        f'[[zones]]\nname = "post"\nkind = "forbidden"\ncorner_1 = [1300, {first}, 1000]\n'
+        f"corner_2 = [1800, {second}, 1320]\n"
+    )
+    moved = (BELT / "cell.toml").read_text() + zone
+    (tmp_path / "cell.toml").write_text(moved)
+    cell = load_cell(tmp_path / "cell.toml")
+    found = json.loads(
+        cli("check", BELT / "deburring.via", "--cell", tmp_path / "cell.toml", "--format", "json").out
+    )
+    blocks = blocks_of(survey(compile_file(BELT / "deburring.via", cell).program, cell))
+    monitor = Monitor(cell)
+
+    def breaks(joints: np.ndarray, travel: float) -> bool:
+        poses = cell.robot.fk(joints)
+        poses[:, :3, 3] += 1e-3 * travel * cell.conveyors[1].X_base_belt[:3, 0]
+        q, reached = cell.robot.ik_branch(poses, cell.robot.configuration(joints), joints)
+        assert reached.all()
+        dense = np.concatenate([np.linspace(a, b, 20) for a, b in itertools.pairwise(q)])
+        return monitor.check(dense, 1) is not None
+
+    assert found["tracking"], found["diagnostics"]
+    for row in found["tracking"]:
+        joints = next(block.joints for block in blocks if block.line == row["line"])
+        end = row["to_mm"] if first >= 0 else row["from_mm"]
+        outward = 1.0 if first >= 0 else -1.0
+        assert 0.0 < outward * end < 900.0
+        assert not breaks(joints, end - outward * 0.05)
+        assert breaks(joints, end + outward * 0.05)
 
 
 def test_belt_speeds_are_those_at_which_motions_end_within_the_travel(cli) -> None:

@@ -45,6 +45,7 @@ P2 = {{ x = 1450, y = {y2}, z = 1250, a = 0, b = 90, c = 180 }}
 """
 WORK = "MJ P1 F60\n{before}N: TRK 1\nML P2 F300\nML P1\nTRK 0\nINC $done\nMJ P1 F60\nGOTO N {count}\n"
 RUNNING = "[[conveyor]]\nindex = 1\nspeed_mm_s = [[0, 100]]\nnoise_counts = 0.3\n"
+SAME = "belts = [{ index = 1, window_mm = [900, 1200], taught_mm = 1000 }]"
 DOWN = "belts = [{ index = 1, window_mm = [1600, 1900], taught_mm = 1700 }]"
 
 
@@ -52,7 +53,7 @@ def cell_text(*, apart: bool = True, priority: int = 0, pitch: int = 240) -> str
     """Two robots whose windows are apart along the belt, or the same one for both (then one stands aside)."""
     places = {"belts": DOWN, "aside": 0, "turn": -10, "y1": 200, "y2": 250}
     if not apart:
-        places = {"belts": "", "aside": -900, "turn": 20, "y1": -1400, "y2": -1350}
+        places = {"belts": SAME, "aside": -900, "turn": 20, "y1": -1400, "y2": -1350}
     return CELL.format(priority=priority, pitch=pitch, **places)
 
 

@@ -262,3 +262,78 @@ def test_tracking_with_a_filter() -> None:
     assert done.status == "finished"
     assert done.over_limits() == {}
     assert done.column("position")[-1] == pytest.approx([1.5, 0.0, 1.5], abs=1e-9)
+
+
+TOWARDS = (
+    CELL.format(tick=0.004)
+    .replace("xyz = [1400, -1500, 500]\nabc = [0, 0, 90]", "xyz = [2000, 0, 500]\nabc = [0, 0, 180]")
+    .replace("tick_s", "tracking_reserve = 0.02\ntick_s")
+)
+"""The belt comes towards the base: the same motion asks more and more of J1."""
+
+
+@pytest.mark.parametrize("override", OVERRIDES)
+def test_a_path_is_slowed_where_the_joints_could_not_follow_it_on_the_belt(override: float) -> None:
+    """And gets faster again where they can; its ends stay where they are on the belt."""
+    program = "MJ P1 F90\nTRK 1\nWAIT 6.2\nML Y=300 F1500\nML Y=-300\nTRK 0\n"
+    cell = parse_cell(TOWARDS)
+    first, *others = (
+        run("[[0, 60]]", 0.2, program=program, cell=cell, window=w, override=override) for w in (1024, 9)
+    )
+    assert first.status == "finished", first.session.failure
+    assert first.over_limits() == {}
+    told = [(e.data["action"], e.data.get("percent")) for e in first.events("track")]
+    assert told[:2] + told[-1:] == [("latched", None), ("coupled", None), ("decoupled", None)]
+    assert [action for action, _ in told[2:-1:2]] == ["slowed"] * len(told[2:-1:2])
+    assert told[3:-1:2] == [("restored", 100.0)] * len(told[3:-1:2])
+    assert len(told) > 4
+    for other in others:
+        assert other.history == first.history
+        assert np.abs(other.joints - first.joints).max() < 1e-9
+    (latched, _), *_ = tracks(first)
+    for line, y in ((4, 0.3), (5, -0.3)):
+        end = first.end_of(line)
+        x = 1.5 - (travel(first)[end] - travel(first)[latched])
+        assert first.column("position")[end] == pytest.approx([x, y, 1.3], abs=1e-4)
+    assert np.all(first.column("override") == override), "the override is as it was set"
+    assert first.session.kernel.mover.share == 1.0, "it is left with the belt"
+
+
+@pytest.mark.parametrize(
+    "commands",
+    [((1830, "halt"), (1900, "resume")), ((1850, "emergency_stop"), (2000, "reset"), (2010, "resume"))],
+)
+def test_commands_while_a_path_is_slowed(commands: Commands) -> None:
+    program = "MJ P1 F90\nTRK 1\nWAIT 6.2\nML Y=300 F1500\nTRK 0\n"
+    runs = [
+        run(
+            "[[0, 40]]",
+            0.2,
+            program=program.replace("6.2", "7.6"),
+            cell=parse_cell(TOWARDS),
+            window=w,
+            commands=tuple((t + 340, c) for t, c in commands),
+        )
+        for w in (1024, 7)
+    ]
+    assert runs[0].status == "finished", runs[0].session.failure
+    assert runs[0].history == runs[1].history
+    assert np.abs(runs[0].joints - runs[1].joints).max() < 1e-9
+    for name, values in limits_report(runs[0].session).items():
+        assert np.max(values) <= (2.1 if name.endswith("jerk") else 2.0) + 1e-9, name
+
+
+def test_the_loss_of_a_belt_is_an_event_where_the_axes_begin_to_brake() -> None:
+    left = run("[[0, 0], [2.5, 0], [2.51, 300]]", program="MJ P1 F60\nTRK 1\nWAIT 3\nTRK 0\n")
+    far = run("[[0, 60]]", program="MJ P1 F60\nTRK 1\nWAIT 60\nTRK 0\n", cell=parse_cell(TOWARDS))
+    for done, code in ((left, "E442"), (far, "E440")):
+        lost = done.events("track")[-1]
+        failure = done.session.failure
+        assert failure is not None
+        assert (lost.data["action"], failure.code) == ("lost", code)
+        assert f"in tick {lost.tick + 1} " in failure.message
+        ways = travel(done)
+        assert lost.data["travel_mm"] == pytest.approx(1e3 * (ways[lost.tick] - ways[tracks(done)[0][0]]))
+        assert lost.tick < done.events("error")[0].tick
+    assert left.events("track")[-1].data["lag_mm"] == pytest.approx(2.0, abs=0.4)
+    assert far.events("track")[-1].data["lag_mm"] < 0.1

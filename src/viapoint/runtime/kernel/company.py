@@ -60,6 +60,11 @@ class Company(Commands):
 
     @property
     @abstractmethod
+    def _ticks_to_look(self) -> int:
+        """Ticks up to that in which the path may be slowed for the belt it is on; any number: never."""
+
+    @property
+    @abstractmethod
     def _now(self) -> Present:
         """What holds in the next ticks."""
 
@@ -76,10 +81,10 @@ class Company(Commands):
         In the ones before, it neither reads nor writes. What is scheduled in the world is not looked at.
         """
         feed, first = self.outlet.feed, self.trace.tick + 1
-        if feed.failure is not None:
+        if feed.failure is not None and not feed.down:
             return min(ticks, feed.ticks_of_letdown())
         if feed.alters:
-            ticks = min(ticks, _LOOKED_AT)
+            ticks = min(ticks, _LOOKED_AT, self._ticks_to_look)
         if self.state is State.MOVING:
             if feed.alters:
                 offered = self.outlet.offer(self.mover.rows(first, ticks), first, ticks, self._now)

@@ -181,6 +181,11 @@ class Feed:
             rest = None if self._rest is None else self._rest + count
             self._rested = rest if rest is not None and 0 <= rest < self._settling else None
 
+    @property
+    def lets_down(self) -> bool:
+        """The axes brake by themselves."""
+        return self._braking is not None
+
     def let_down(self, count: int) -> Floats:
         """After a failure: at most `count` rows (N, m); `down` when the robot stands at the end of them."""
         if self._braking is None:
@@ -209,6 +214,22 @@ class Feed:
         """At rest: what comes is on another route, on which the robot stands at s."""
         self._route = route
         self._smoother.set_last(s)
+
+    def in_the_way(self, rows: Rows, first: int, stand: Stand) -> Obstacle | None:
+        """What would keep rows of the path from being sent if the belt goes on as it is measured now.
+
+        The reserve of the limits stays free for what the belt may do else. Nothing is changed by asking.
+        """
+        n, robot = self._cell.robot.joint_count, self._cell.robot
+        q = rows.columns[:, :n]
+        X = robot.fk(q)
+        X[:, :3, 3] += self.tracker.expected(first, len(q))[:, None] * self._along
+        columns = rows.columns.copy()
+        columns[:, :n], reachable = robot.ik_branch(X, robot.configuration(q), q)
+        kept, self._rows = self._rows, np.concatenate((self._past, columns))
+        _, why = self._sendable(reachable, stand, free=self._cell.tracking_reserve)
+        self._rows = kept
+        return why
 
     def ticks_of_letdown(self) -> int:
         """After a failure: how many ticks it takes until the axes rest; 1 if that is not known yet."""
@@ -314,16 +335,19 @@ class Feed:
         rotations = np.array([self._cell.frames[k].X_base_frame[:3, :3] for k in used.tolist()])
         return np.asarray(rotations[inverse])
 
-    def _sendable(self, reachable: Bools, stand: Stand) -> tuple[int, Obstacle | None]:
-        """How many rows can be sent so that the axes can still brake; what is wrong with the next one."""
+    def _sendable(self, reachable: Bools, stand: Stand, *, free: float = 0.0) -> tuple[int, Obstacle | None]:
+        """How many rows can be sent so that the axes can still brake; what is wrong with the next one.
+
+        A part of acceleration and jerk limits stays free.
+        """
         n, driven = self._cell.robot.joint_count, len(self._limits[0])
         axes = self._rows[:, :driven]
         differences = [
             np.diff(axes[_HISTORY - order :], n=order, axis=0) / self._cell.tick**order for order in (1, 2, 3)
         ]
-        factor = np.full((len(reachable), 1), stand.factor)
+        factor = np.full((len(reachable), 1), stand.factor * (1.0 - free))
         for row in range(min(_HISTORY, len(factor))):  # differences reach back into rows of another factor
-            factor[row] = max(stand.factor, *self._factors[row:])
+            factor[row] = max(stand.factor, *self._factors[row:]) * (1.0 - free)
         ratios = [
             np.abs(size) / (limit * slack * (factor if order else 1.0))
             for order, (size, limit, slack) in enumerate(zip(differences, self._limits, SLACK, strict=False))

@@ -147,7 +147,7 @@ class Kernel(Travelling):
     def advance(self, ticks: int) -> Window:
         """Let at least one and at most `ticks` ticks pass; ends early where something happens."""
         self.execution.blocks.forget()
-        if self.outlet.feed.failure is not None:
+        if self.outlet.feed.failure is not None and not self.outlet.feed.down:
             return self._let_down(ticks)
         if self.state is State.MOVING:
             return self._move(ticks)
@@ -158,8 +158,8 @@ class Kernel(Travelling):
     def _stand(self, ticks: int) -> Window:
         first = self.tick + 1
         last = self.tick + ticks
-        if self.execution.dwell_until is not None:
-            last = min(last, self.execution.dwell_until)
+        if self.execution.dwell_until is not None and not self.over:
+            last = min(last, max(self.execution.dwell_until, first))
         change = first if self.state is State.POLLING else self.world.next_change(self.tick)
         for tick in (change, self.dialogue.deadline, self.execution.pulses.next_end):
             if tick is not None:
@@ -313,6 +313,7 @@ class Kernel(Travelling):
             return False
         self.execution.tool = call.tool
         self.execution.blocks.set_out(entry.number)
+        self.look_out(setting_out=True)
         return True
 
     def _poll(self, barrier: Barrier) -> None:

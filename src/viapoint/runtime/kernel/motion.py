@@ -82,6 +82,8 @@ class Mover:
         self.direction = 1.0
         """1 forward, −1 back along the route, of the law or of the one before it."""
         self.override = override
+        self.share = 1.0
+        """Below 1 the path is run in a slower time, where what carries it needs more of the joints."""
         self.pause: Callable[[float, float], float | None] = lambda s, direction: None
         """The next place from s on, in a direction, at which to be at rest though the path goes on."""
         self._route = route
@@ -102,6 +104,24 @@ class Mover:
         self._known: Memo[tuple[TimeLaw, Floats]] = Memo()
         self._slowing_until = -np.inf  # r up to which a higher override still holds, while slowing down
         self._slowing_from = override
+
+    @property
+    def scale(self) -> float:
+        """Of all speeds: the override and the share."""
+        return self.override * self.share
+
+    @property
+    def _bounds(self) -> AxisLimits:
+        """The limits that laws keep: those of the axes in the slower time of a share."""
+        limits, share = self.limits, self.share
+        if share == 1.0:
+            return limits
+        return replace(
+            limits,
+            acceleration=limits.acceleration * share**2,
+            deceleration=limits.braking * share**2,
+            jerk=limits.jerk * share**3,
+        )
 
     @property
     def wanted(self) -> float:
@@ -142,14 +162,14 @@ class Mover:
             law = self._from_rest(leg, 0.0, leg.length)
             return law, np.abs(leg.derivatives(law.s)[0]).max(axis=0)
 
-        law, rates = self._known.get((self.override, *leg.key), planned)
+        law, rates = self._known.get((self.scale, _key(self._bounds), *leg.key), planned)
         step = 2.0 * rates * np.spacing(end) / self._tick
         felt = [
             float(np.max(step / limit)) * factor
             for limit, factor in (
-                (self.limits.speed, 1.0),
-                (self.limits.gentlest, 2.0 / self._tick),
-                (self.limits.jerk, 4.0 / self._tick**2),
+                (self._bounds.speed, 1.0),
+                (self._bounds.gentlest, 2.0 / self._tick),
+                (self._bounds.jerk, 4.0 / self._tick**2),
             )
         ]
         return law if within(law.quality.peaks, felt) else None
@@ -161,7 +181,7 @@ class Mover:
             curve = Lingering(curve, begin, end, self._lingers, np.zeros(0))
         return self._profile.plan(
             curve,
-            self.limits,
+            self._bounds,
             partial(self._speed_bound, curve),
             s_start=begin,
             s_end=end,
@@ -211,10 +231,10 @@ class Mover:
     def _halted(self, tick: int, factor: float) -> Callable[[], TimeLaw | None]:
         """The present law brought to rest after `tick`, with so many times the deceleration and jerk."""
         limits = replace(
-            self.limits,
-            acceleration=self.limits.acceleration * factor,
-            deceleration=self.limits.braking * factor,
-            jerk=self.limits.jerk * factor,
+            self._bounds,
+            acceleration=self._bounds.acceleration * factor,
+            deceleration=self._bounds.braking * factor,
+            jerk=self._bounds.jerk * factor,
         )
         law = self._moving
         curve = self._curve(law.s_end)
@@ -231,10 +251,28 @@ class Mover:
         A higher one takes effect at once. A lower one is reached within the limits: over the shortest of
         growing distances in which a law can slow down.
         """
-        before, self.override = self.override, override
+        before, self.override = self.scale, override
+        return self._rescale(tick, before)
+
+    def take_share(self, tick: int, share: float, clear: Callable[[], bool]) -> bool:
+        """Take another share from the next tick on, if what comes then is `clear`; else nothing changes."""
+        law = self._moving
+        kept = law, self.share, self._slowing_until, self._slowing_from
+        before, self.share = self.scale, share
+        if round(law.t0 / self._tick) == tick:  # it has not set out yet
+            self._adopt(partial(self._from_rest, self._curve(law.s_end), law.s_start, law.s_end, law.t0))
+        elif not self._rescale(tick, before):  # near its end: as fast as it is, but braking more gently
+            self._adopt(self._anew(tick, law.s_end))
+        if self.law is not law and clear():
+            return True
+        self.law, self.share, self._slowing_until, self._slowing_from = kept
+        return False
+
+    def _rescale(self, tick: int, before: float) -> bool:
+        """Go over from one scale of all speeds to the present one; True if later ticks changed."""
         if self.law is None:
             return False
-        law = self.law
+        law, override = self.law, self.scale
         if override >= before:
             return self._adopt(self._anew(tick, law.s_end))
         r, v, _ = (float(x[0]) for x in law.at(np.array([(tick + 1) * self._tick])))
@@ -267,7 +305,7 @@ class Mover:
         def planned() -> TimeLaw | None:
             time = max((tick + 1) * self._tick, since)
             return self._profile.extend(
-                law, curve, self.limits, bound, s_end=end, tick=self._tick, commit_time=time
+                law, curve, self._bounds, bound, s_end=end, tick=self._tick, commit_time=time
             )
 
         return planned
@@ -296,17 +334,17 @@ class Mover:
     def _speed_bound(self, curve: Leg | _Curve | Lingering, r: Floats) -> Floats:
         """Bound (N,) on the rate of r (N,): programmed speed and speed limits, scaled by the override."""
         bound = curve.speed_bound(r)
-        if self.override == 1.0 and self._slowing_until <= self.direction * self.s:
+        if self.scale == 1.0 and self._slowing_until <= self.direction * self.s:
             return bound
         rates = np.abs(curve.derivatives(r)[0])
         axes = np.where(rates > _STILL, self.limits.speed / np.maximum(rates, _STILL), np.inf)
-        scale = np.where(r < self._slowing_until, self._slowing_from, self.override)
+        scale = np.where(r < self._slowing_until, self._slowing_from, self.scale)
         return np.asarray(scale * np.minimum(bound, axes.min(axis=1)))
 
     def _deceleration(self, r: float) -> float:
         """How fast the rate of r may fall at r, curvature left aside."""
         rates = np.abs(self._route.axes.derivatives(np.array([self.direction * r]))[0][0])
-        return float(np.min(self.limits.braking / np.maximum(rates, _STILL)))
+        return float(np.min(self._bounds.braking / np.maximum(rates, _STILL)))
 
     def places(self, first_tick: int, count: int) -> tuple[Floats, bool]:
         """s (N,) at no more than `count` ticks from first_tick on; True if the last one is at rest."""
@@ -390,6 +428,13 @@ class Mover:
         j = bisect.bisect_left(route.ends, s + self._reach(s))
         k = max(k, j)
         return min(last, route.ends[k]) if k < len(route.ends) else last
+
+
+def _key(limits: AxisLimits) -> bytes:
+    """Equal for limits that are equal."""
+    return b"".join(
+        each.tobytes() for each in (limits.speed, limits.acceleration, limits.braking, limits.jerk)
+    )
 
 
 def _settled_until(law: TimeLaw) -> float:

@@ -149,7 +149,7 @@ class OnPath:
         if law is None or end is None or self._mover.direction < 0.0 or end > law.s_end + _SAME:
             return None
         last = float(law.time_of(np.array([min(end, law.s_end)]))[0]) / self._tick_s
-        tick = math.ceil(last - action.value / self._mover.override / self._tick_s - _TICK_ROUNDING)
+        tick = math.ceil(last - action.value / self._mover.scale / self._tick_s - _TICK_ROUNDING)
         if action not in self._timed and tick < begin.tick:
             self._waiting.remove(action)
             what = (

@@ -17,6 +17,7 @@ from viapoint.runtime.kernel.guard import TickGuard
 from viapoint.runtime.kernel.motion import Rows
 from viapoint.runtime.kernel.offsets import Sensor
 from viapoint.runtime.kernel.planner import Planner
+from viapoint.runtime.kernel.refusals import Obstacle
 from viapoint.runtime.kernel.states import Hold
 from viapoint.runtime.kernel.telemetry import Status, Telemetry
 from viapoint.runtime.kernel.trace import Trace
@@ -81,6 +82,10 @@ class Outlet:
         q = self.feed.foreseen(columns, first, self._stand_of(now))
         return np.concatenate((q, columns[:, q.shape[1] :]), axis=1)
 
+    def in_the_way(self, rows: Rows, first: int, now: Present) -> Obstacle | None:
+        """What would keep rows of the path from being sent while a belt is followed as it moves now."""
+        return self.feed.in_the_way(rows, first, self._stand_of(now))
+
     def follows(self, law: TimeLaw | None, tick: int) -> bool:
         """Whether the path is at the end of its law after `tick`, while what the filter sends follows."""
         return self.feed.filters and law is not None and law.t_end <= (tick + 1) * self._tick
@@ -104,7 +109,7 @@ class Outlet:
 
     def stand(self, s: float, first: int, count: int, told: Ints, now: Present) -> Window | None:
         """At most `count` ticks, told (3,), in which the path stands at s; None as in `offer`."""
-        if not self.feed.displaces:
+        if not self.feed.displaces or self.feed.down:
             return self.telemetry.standing(first, count, told, now.status)
         rows = self.offer(self.feed.resting(s, count), first, count, now)
         if rows is None:

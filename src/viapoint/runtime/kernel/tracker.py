@@ -133,15 +133,32 @@ class Tracker:
         more = np.arange(1, count - len(places) + 1)
         return np.concatenate((places, places[-1] + self._states[-1].speed * self._tick * more))
 
+    def expected(self, first: int, count: int) -> Floats:
+        """Displacements (N,) m in the next ticks if the belt keeps the speed that its encoder gives now."""
+        assert self._following is not None, "only while a belt is followed"
+        places, speeds = self.belt.measured(first - 1, 1)
+        rate, target = float(speeds[0]), float(places[0]) - self._following.latch - self._following.reference
+        now, found = self._now, []
+        for k in range(count):
+            now = self._following.follow.step(now, target + rate * k * self._tick, rate)
+            found.append(now.position)
+        return np.array(found)
+
     def ticks_to_rest(self) -> int:
         """How many ticks the robot goes on with the belt if it is stopped now."""
         if not self.moves:
             return 0
-        assert self._following is not None, "only while a belt is followed"
-        now, ticks = self._now, 0
+        now, ticks, stop = self._now, 0, self._stopping.stop
         while now.speed != 0.0 or now.acceleration != 0.0:
-            now, ticks = self._following.follow.stop(now), ticks + 1
+            now, ticks = stop(now), ticks + 1
         return ticks
+
+    @property
+    def _stopping(self) -> Chase:
+        """How the robot leaves a belt. Not coupled its path is at rest, and leaves the joints' limits."""
+        assert self._following is not None, "only while a belt is followed"
+        coupled = self.phase is Phase.COUPLED
+        return self._following.follow if coupled else self._following.couple
 
     def offsets(self, first: int, count: int, *, stopping: bool, held: bool) -> Floats:
         """Displacements (N,) m along the belt in ticks first …, `count` at most: up to the next phase."""
@@ -183,9 +200,12 @@ class Tracker:
 
     def where(self, tick: int) -> str:
         """The belt's place, in words."""
+        return f"conveyor {self.index}, {self.way(tick) / MM:.1f} mm behind its latch,"
+
+    def way(self, tick: int) -> float:
+        """m that the belt has travelled since its latch."""
         latch = 0.0 if self._following is None else self._following.latch
-        travel = float(self.belt.travel(np.array([tick]))[0])
-        return f"conveyor {self.index}, {(travel - latch) / MM:.1f} mm behind its latch,"
+        return float(self.belt.travel(np.array([tick]))[0]) - latch
 
     def _chase(self, following: Following, first: int, count: int) -> list[Follower]:
         """What the encoder said one tick before decides each tick."""
@@ -206,9 +226,8 @@ class Tracker:
 
     def _brake(self, count: int) -> list[Follower]:
         assert self._following is not None, "only while a belt is followed"
-        leaving = self.phase is Phase.DECOUPLING  # then the path is at rest, and leaves the joints' limits
-        chase = self._following.couple if leaving else self._following.follow
-        states, now, stop = [], self._now, chase.stop
+        leaving = self.phase is Phase.DECOUPLING
+        states, now, stop = [], self._now, self._stopping.stop
         moving = self.moves
         for k in range(count):
             now = stop(now)

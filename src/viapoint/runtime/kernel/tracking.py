@@ -8,6 +8,7 @@ nothing behind them is planned before. Not here: how the belt is followed.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -16,6 +17,7 @@ from viapoint.language.units import MM
 from viapoint.runtime.kernel.chase import Chase
 from viapoint.runtime.kernel.company import Company
 from viapoint.runtime.kernel.failure import ExecutionError
+from viapoint.runtime.kernel.refusals import FOLLOWING
 from viapoint.runtime.kernel.states import Hold
 from viapoint.runtime.kernel.tracker import Following, Phase
 from viapoint.runtime.records import Floats
@@ -28,6 +30,24 @@ _COUPLING_SHARE: Final = 0.5
 _SAME_PLACE: Final = 0.75
 """Part of the joints' limits for motions on the belt: they are planned where the belt is at the coupling, and
 further on the same motion may need that much more of a joint."""
+
+_LOOKED_AHEAD: Final = 0.3
+"""s of the path on a belt that are looked at for what the joints can do: longer than slowing down takes."""
+
+_LOOKED_AT_REST: Final = 2.0
+"""The same where the path sets out: a motion that is slowed from its beginning need not be slowed later."""
+
+_LOOK_EVERY: Final = 0.06
+"""s between two looks."""
+
+_SHARES: Final = (0.85, 0.7, 0.5, 0.35, 0.2, 0.1)
+"""Parts of its present speed to which a path is slowed: the first that will do."""
+
+_CALM: Final = 0.6
+"""s after a path was slowed before it may get faster again."""
+
+_FASTER: Final = 1.25
+"""By so much a path that was slowed gets faster again where it may."""
 
 _LEAST_SPEED: Final = 0.1
 """Part of a joint's speed that is left to the path, whatever the belt needs: what is over is stopped."""
@@ -43,6 +63,7 @@ class Tracking(Company):
     _aside = False
     """Whether a subroutine has interrupted the program."""
     _waiting_since = 0  # tick in which the TRK that waits for a part was reached
+    _slowed_in = 0  # tick in which the share of the path was changed last
     _given = False  # it is this robot's turn to take a part
 
     def track(self, call: Track) -> None:
@@ -148,9 +169,61 @@ class Tracking(Company):
         feed.move_path(q_ahead, along)
         self.planner.rebase(q_ahead, reference * along)
         self._slow_path(along, q_ahead, speed)
-        self._told_coupled = False
+        self._told_coupled, self.mover.share = False, 1.0
         more = {} if part is None else {"part": part}
         self.trace.emit("track", self._track_line, index=feed.tracker.index, action="latched", **more)
+
+    @property
+    def _ticks_to_look(self) -> int:
+        """Ticks up to the next look at what the joints can do on the belt."""
+        every = max(1, round(_LOOK_EVERY / self.cell.tick))
+        return every - self.trace.tick % every
+
+    @property
+    def _looks_now(self) -> bool:
+        """Whether a look is due in the present tick."""
+        every = max(1, round(_LOOK_EVERY / self.cell.tick))
+        return self.trace.tick % every == 0
+
+    def look_out(self, *, setting_out: bool = False) -> None:
+        """On a belt: slow the path where the joints could not follow both, let it get faster where they can.
+
+        It is no use where the belt alone is too fast, or leads out of reach.
+        """
+        mover, tick = self.mover, self.trace.tick
+        if self.outlet.feed.tracker.phase is not Phase.COUPLED or self._hold is not Hold.NONE:
+            return
+        if mover.law is None or mover.direction < 0.0:
+            return
+        seconds = _LOOKED_AT_REST if setting_out else _LOOKED_AHEAD
+        share, clear = mover.share, partial(self._clear, seconds)
+        if clear():
+            calm = tick - self._slowed_in >= _CALM / self.cell.tick
+            if share < 1.0 and calm and mover.take_share(tick, min(1.0, _FASTER * share), clear):
+                self._tell_share(share)
+        elif any(mover.take_share(tick, part * share, clear) for part in _SHARES):
+            self._tell_share(share)
+
+    def _clear(self, seconds: float) -> bool:
+        """Whether the joints can do what the path, under its present law, and the belt ask of them."""
+        first = self.trace.tick + 1
+        rows = self.mover.rows(first, round(seconds / self.cell.tick))
+        why = self.outlet.in_the_way(rows, first, self._now)
+        return why is None or why.code not in FOLLOWING or FOLLOWING[why.code] != "E441"
+
+    def _tell_share(self, before: float) -> None:
+        share, index = self.mover.share, self.outlet.feed.tracker.index
+        self._slowed_in = self.trace.tick
+        if before == 1.0 or share == 1.0:
+            action = "slowed" if share < 1.0 else "restored"
+            self.trace.emit("track", self.line, index=index, action=action, percent=100.0 * share)
+
+    def tell_loss(self) -> None:
+        """The belt, or the part on it, is lost: the axes begin to brake."""
+        tracker = self.outlet.feed.tracker
+        if tracker.active:
+            lag, way = tracker.lag / MM, tracker.way(self.trace.tick) / MM
+            self.trace.emit("track", self.line, index=tracker.index, action="lost", lag_mm=lag, travel_mm=way)
 
     def _leave(self) -> None:
         """Decoupled: the path begins anew where the robot stands."""
@@ -162,6 +235,7 @@ class Tracking(Company):
         self.planner.rebase(q, np.zeros(3))
         if self._untracked is not None:
             self.mover.limits, self._untracked = self._untracked, None
+        self.mover.share = 1.0
         self.trace.emit("track", self.line, index=index, action="decoupled", lag_mm=lag / MM)
         self._take_next()
 

@@ -30,6 +30,8 @@ class Travelling(Manual, Interrupting):
 
     def _move(self, ticks: int) -> Window:
         first = self.trace.tick + 1
+        if self.outlet.feed.tracker.active:
+            ticks = min(ticks, self._ticks_to_look)
         planned = self.mover.rows(first, ticks)
         if not np.isfinite(planned.columns).all():
             return self._trip(first)
@@ -53,10 +55,14 @@ class Travelling(Manual, Interrupting):
             self._settle()
         elif alarmed:
             self._hold_back(Hold.STOP)
+        elif self._looks_now:
+            self.look_out()
         return window
 
     def _let_down(self, ticks: int) -> Window:
         """Off the path: every axis brakes by itself; then the failure ends the run."""
+        if not self.outlet.feed.lets_down:
+            self.tell_loss()
         window = self.outlet.let_down(self.trace.tick + 1, ticks, self._told, self._now)
         self.trace.tick += len(window)
         self.world.advance(self.trace.tick)
