@@ -33,6 +33,7 @@ def monitors(session: Session, window: Window, rows: Sequence[int]) -> list[dict
     places = _tidy(np.concatenate((window.position[at] / MM, abc), axis=1))
     joints = _tidy(joints_in_degrees(cell, window.joints[at]))
     auxiliary = _tidy(window.auxiliary[at] / AuxiliaryAxes.of(cell).units)
+    torques = _tidy(window.torque[at])
     speeds, overrides = _tidy(window.speed[at] / MM), _tidy(window.override[at] * 100.0)
     return [
         {
@@ -47,6 +48,7 @@ def monitors(session: Session, window: Window, rows: Sequence[int]) -> list[dict
             "auxiliary": auxiliary[k],
             "tcp": dict(zip("xyzabc", places[k], strict=True)),
         }
+        | ({"torque_nm": torques[k]} if torques[k] else {})
         | common
         for k, row in enumerate(rows)
     ]

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 import viapoint as via
 from viapoint.runtime.records import Floats
 from viapoint.runtime.robots.dynamics import Dynamics, Load
+from viapoint.serving.monitor import monitors
 
 ROBOT = """
 name = "weighed"
@@ -212,6 +213,8 @@ def test_the_window_changes_nothing_and_the_monitor_shows_them(tmp_path: Path) -
     seen = via.monitor(session, session.advance(1))
     assert seen.torques is not None
     np.testing.assert_allclose(seen.torques, long[-1], atol=1e-9)
+    window = session.advance(1)
+    np.testing.assert_allclose(monitors(session, window, [0])[0]["torque_nm"], long[-1], atol=1e-6)
     # what the motors do is what the joints do: coupled J5 = motor 5 + 0.1·motor 4
     turned = np.random.default_rng(1).uniform(-1, 1, 6)
     joints = session.cell.robot.motors_to_joints(turned)
@@ -228,6 +231,7 @@ def test_without_masses_there_are_none_rather_than_zeros(tmp_path: Path) -> None
         seen = via.monitor(session, window)
         assert window.torque.shape == (len(window), 0)
         assert (seen.torques, seen.motor_torques) == (None, None)
+        assert "torque_nm" not in monitors(session, window, [0])[0]
 
 
 @pytest.mark.parametrize(
