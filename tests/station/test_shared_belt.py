@@ -158,6 +158,24 @@ def test_parts_that_never_come_are_told_with_the_lines_of_both(window: int) -> N
     assert done.ticks_of("error", 2) == [1500], "the tick in which the belt comes to rest"
 
 
+@pytest.mark.parametrize("window", [1024, 50])
+def test_who_is_interrupted_while_it_waits_for_a_part_takes_none_meanwhile(window: int) -> None:
+    """The part that comes while the subroutine runs goes to the other robot, whose claim is the lesser."""
+    waiting = "ON $done > 0 SUB ASIDE\nMJ P1 F60\nTRK 1\nWAIT 0.1\nTRK 0\nEND\n"
+    waiting += "ASIDE: ML Z=1400 F20\nLET $done = 0\nEND\n"
+    other = "MJ P1 F60\nTRK 1\nWAIT 0.1\nTRK 0\n"
+    sets = RUNNING + '[[at]]\nt_s = 1.5\nset = { "$done" = 1 }\n'
+    text = cell_text(apart=False, priority=1)
+    done = run(waiting, other, cell=text, scenario=sets, window=window)
+    assert done.station.status is Status.FINISHED, done.failures
+    assert done.ticks_of("interrupt", 1, action="begun") == [375]
+    (back,) = done.ticks_of("interrupt", 1, action="returned")
+    taken = [(e.robot, e.data["part"], e.tick) for e in done.station.events if "part" in e.data]
+    assert [each[:2] for each in taken] == [(2, 0), (1, 1)]
+    assert taken[0][2] == 500, "the part has come 200 mm"
+    assert taken[1][2] >= back > 500
+
+
 @pytest.mark.parametrize("window", [1024, 64])
 def test_bodies_are_kept_apart_while_the_belt_carries_one_of_them(window: int) -> None:
     """Standing on the belt, the left robot is carried towards the right one: both stop before they touch."""

@@ -137,7 +137,7 @@ class Tracking(Company):
         The higher priority, then who has waited longer, then the earlier robot of the cell.
         """
         stopping = self._hold in (Hold.STOP, Hold.EMERGENCY)
-        if self.over or stopping or self.outlet.feed.tracker.phase is not Phase.WAITING:
+        if self.over or stopping or self._aside or self.outlet.feed.tracker.phase is not Phase.WAITING:
             return None
         return -self.cell.priority, self._waiting_since, self.cell.number
 
