@@ -15,6 +15,7 @@ from viapoint.runtime.cell import Cell, parse_cell
 from viapoint.runtime.kernel import State
 from viapoint.runtime.records import Event, Floats, Window
 from viapoint.runtime.rotations import matrix_to_rotation_vector, quaternion_to_matrix
+from viapoint.runtime.signals import parse_scenario
 from viapoint.session import Session, Status, compile_text
 
 PLAIN = """
@@ -368,6 +369,21 @@ def test_out_of_a_zone_but_not_deeper_into_it() -> None:
     list(session.run())
     assert session.pose[2, 3] > 1.51 - 1e-6
     assert said(session)[-1][1:3] == ("stopped", "E330")
+
+
+def test_beside_a_filter_and_beside_corrections() -> None:
+    """A jog is smooth by itself and goes by no filter; while corrections are at work there is none."""
+    filtered = PLAIN + "[controller.filter]\nticks = 24\n"
+    session = begun(filtered)
+    hold(session, "Y", 1, speed=100.0, seconds=0.4)
+    session.take_on(compile_text("ML Z=1600 F200\n", cell=session.cell))
+    assert session.finish() is Status.FINISHED
+    hold(session, "J4", -1, JogSpace.JOINT, seconds=0.4)
+    require_limits(session)
+    cell = parse_cell(PLAIN)
+    text = '[[correction]]\nframe = "base"\nz_mm = [[0, 1]]\nmax_rate_mm_s = 5\n'
+    corrected = Interactive(cell, scenario=parse_scenario(text, cell))
+    assert corrected.hold(HeldJog("J1", 1, JogSpace.JOINT)) == "corrections are at work"
 
 
 def test_let_go_before_it_has_set_out() -> None:

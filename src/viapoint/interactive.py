@@ -28,6 +28,9 @@ from viapoint.vm.ports import Dwell, Motion
 
 Question = Callable[[], bool]
 
+_BUSY: Final = (State.MOVING, State.JOGGING, State.EMERGENCY)
+"""States in which no program can begin."""
+
 _NOTHING: Final = compile_text("", "<nothing>")
 
 
@@ -80,7 +83,7 @@ class Interactive(Session):
         what the lines above leave; the robot goes there first. Raises RuntimeError while another one is
         under way, or the robot moves.
         """
-        if self.under_way or self.kernel.state in (State.MOVING, State.JOGGING):
+        if self.under_way or self.kernel.state in _BUSY:
             raise RuntimeError(f"{self.program.source.name} is {self.kernel.state.value}")
         if self.kernel.state is not State.FINISHED or start is not None:
             self._renew(None if start is None else start.tool)
@@ -239,7 +242,7 @@ class Interactive(Session):
 
         Raises RuntimeError while a program is under way or the robot moves.
         """
-        if self.under_way or self.kernel.state in (State.MOVING, State.JOGGING):
+        if self.under_way or self.kernel.state in _BUSY:
             raise RuntimeError(f"the robot is {self.kernel.state.value}")
         self.cell = replace(
             self.cell,

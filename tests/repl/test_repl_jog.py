@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from repl_sittings import Sitting
 
+from viapoint.jogging import HeldJog
 from viapoint.repl import Complaint, Console
 from viapoint.repl.jogging import statement
 from viapoint.runtime.cell import parse_cell
+from viapoint.runtime.kernel import State
 from viapoint.runtime.rotations import rotation_vector_to_matrix
+from viapoint.session import compile_text
 
 BY = {"X": 30.0, "Y": -20.0, "Z": 25.0, "A": 7.0, "B": -4.0, "C": 5.0}
 
@@ -75,3 +78,37 @@ def test_what_is_no_axis(sitting: Sitting) -> None:
     for line in ("Q 5", "X", "J0 5", "X 1 2", "frame X 1", "J1 5 at 0"):
         with pytest.raises(Complaint):
             statement(sitting.console.session, line.split())
+
+
+def held(sitting: Sitting) -> Sitting:
+    """A jog in which time was stopped: Ctrl-C, twice."""
+    sitting.enter("MJ P1 F60")
+    session = sitting.console.session
+    assert session.hold(HeldJog("Z", 1)) is None
+    list(session.run(most=300))
+    return sitting
+
+
+def test_a_jog_in_which_time_was_stopped_goes_on_or_is_stopped(sitting: Sitting) -> None:
+    said = held(sitting).enter(
+        "ML P2", ":run", ":halt", ":teach P9", ":status", ":jog X+", ":override 50", ":stop"
+    )
+    assert said.count("the robot is being jogged") == 3
+    assert "jogging | " in said
+    assert said.splitlines()[-1].startswith("at X=")
+    assert sitting.console.session.kernel.state is State.FINISHED
+    said = held(sitting).enter(":continue for 0.2", ":time 0.1", ":stop", "MJ P1", ":status")
+    assert said.splitlines()[0].startswith("jogging at X=")
+    assert "ready |" in said
+
+
+def test_an_emergency_stop_of_a_jog_is_reset_before_anything_moves(sitting: Sitting) -> None:
+    said = held(sitting).enter(
+        ":estop", "MJ P2", ":jog X 5", ":jog X+ for 1", ":calibrate frame 3 P1 P2 P3", ":status"
+    )
+    assert "emergency stop at X=" in said.splitlines()[0]
+    assert said.count("`:reset` first") + said.count("reset it first") == 4
+    with pytest.raises(RuntimeError, match="emergency stop"):
+        sitting.console.session.take_on(compile_text("MJ P2\n", cell=sitting.console.session.cell))
+    assert sitting.enter(":reset", "MJ P1").splitlines()[0] == "ready"
+    assert sitting.console.session.kernel.state is State.FINISHED

@@ -212,7 +212,9 @@ class Console:
         if session.kernel.state is State.MOVING:
             raise Complaint("the robot is moving: `:halt`, or `:continue`")
         if session.kernel.state is State.JOGGING:
-            raise Complaint("the robot is being jogged: `:stop`")
+            raise Complaint("the robot is being jogged: `:continue`, or `:stop`")
+        if session.kernel.state is State.EMERGENCY:
+            raise Complaint("the robot is in emergency stop: `:reset` first")
 
     def _with_subroutines(self, text: str, known: Mapping[str, str]) -> str:
         """A text with what it calls behind it: subroutines typed before, or the loaded program."""
@@ -298,7 +300,11 @@ class Console:
             self.show_source()
             return
         ended, self._ended = not self._ended, True
-        if state is State.FAILED and ended:
+        if state is State.JOGGING:
+            self.say(f"jogging at {show.where(session)}, {took}")
+        elif state is State.EMERGENCY:
+            self.say(f"emergency stop at {show.where(session)}, {took}: `:reset`")
+        elif state is State.FAILED and ended:
             self._tell_failure()
         elif state is State.STOPPED and ended:
             self.say(f"stopped in line {session.robot_line} at {show.where(session)}, {took}")

@@ -205,6 +205,8 @@ def halt(console: Console, words: list[str]) -> None:
     if session.kernel.state is not State.MOVING:
         _under_way(console)
     begin = session.kernel.tick
+    if session.kernel.state is State.JOGGING:
+        raise Complaint("the robot is being jogged: `:continue`, or `:stop`")
     session.halt()
     console.go(begin=begin, at_least=1)
 
@@ -213,7 +215,7 @@ def resume(console: Console, words: list[str]) -> None:
     """On from a halt, a step, a step back; from where time was stopped."""
     seconds, session = values.seconds(words), console.session
     _require_no_emergency(console)
-    if not session.under_way and session.kernel.state not in (State.HALTED, State.MOVING):
+    if not session.under_way and session.kernel.state not in (State.HALTED, State.MOVING, State.JOGGING):
         raise Complaint("nothing is halted")
     begin = session.kernel.tick
     session.resume()
@@ -241,8 +243,9 @@ def reset(console: Console, words: list[str]) -> None:
     """After an emergency stop the program is halted."""
     if console.session.kernel.state is not State.EMERGENCY:
         raise Complaint("there is nothing to reset")
-    console.session.reset()
-    console.say(f"halted in line {console.session.next_line}")
+    session = console.session
+    session.reset()
+    console.say(f"halted in line {session.next_line}" if session.under_way else "ready")
 
 
 def jog(console: Console, words: list[str]) -> None:
@@ -284,7 +287,8 @@ def set_pace(console: Console, words: list[str]) -> None:
 
 
 def _under_way(console: Console) -> Interactive:
-    if not console.session.under_way:
+    """Raises Complaint where no program is, and the robot is not being jogged."""
+    if not console.session.under_way and console.session.kernel.state is not State.JOGGING:
         raise Complaint("no program is under way")
     return console.session
 
