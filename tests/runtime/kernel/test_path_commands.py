@@ -149,3 +149,20 @@ def test_an_impossible_override_is_refused(override: float) -> None:
     session = session_at(10)
     with pytest.raises(ValueError, match="override"):
         session.set_override(override)
+
+
+def test_a_block_in_which_the_robot_halted_began_before_the_halt() -> None:
+    """Also where an action stands between it and the motion before."""
+    text = "MJ X=1500 Y=0 Z=1800 A=0 B=90 C=0 F60\nML Y=300 F200\nSET DO1\nML Y=-300\n"
+    cell = default_cell()
+    session = Session(cell, compile_text(text, cell=cell), window=16)
+    halted = False
+    for window in session.run():
+        if not halted and window.position[-1][1] < 0.0 and session.kernel.line == 4:
+            assert session.halt() is None
+            halted = True
+        if session.kernel.state is State.HALTED:
+            session.resume()
+    blocks = {event.line: event for event in session.events if event.kind == "block"}
+    assert halted
+    assert blocks[4].t == pytest.approx(float(str(blocks[2].data["t_end"])), abs=1e-9)

@@ -18,6 +18,9 @@ from viapoint.vm.ports import Motion
 _FORGET_EVERY: Final = 64
 """Motions after which the route behind the robot is dropped: seldom, since it moves arrays."""
 
+_STANDING: Final = 1e-10
+"""m of path that a robot where a block begins may be behind that place: rounding of summed lengths."""
+
 _MOST_WITHOUT_TIME: Final = 1000
 """Motions of zero length that may end in one tick; a loop of them would never end."""
 
@@ -73,8 +76,11 @@ class Blocks:
 
     def set_out(self, number: int) -> None:
         """From rest into the motion of entry `number`, or on within it."""
-        if number != self._begin.number:
-            self._begin = self._begin._replace(tick=self._trace.tick, number=number)
+        begin = self._begin
+        if number != begin.number:
+            begun = self._mover.s > begin.s + _STANDING
+            tick = begin.tick if begun else self._trace.tick
+            self._begin = begin._replace(tick=tick, number=number)
 
     def finish(self, motion: Motion, number: int) -> None:
         """The path has passed the end of `motion`. Raises ExecutionError where motions go round in place."""

@@ -366,7 +366,8 @@ class Mover:
     def limited_by(self, first_tick: int, last_tick: int) -> str:
         """What held the speed back for most of the time between two ticks of the present law."""
         seconds: dict[int, float] = {}
-        for code, span in self._held_back(first_tick, last_tick):
+        began = 0 if self.law is None else math.ceil(self.law.t0 / self._tick - _ROUNDING)
+        for code, span in self._held_back(max(first_tick, began), last_tick):
             seconds[code] = seconds.get(code, 0.0) + span
         return self._name(max(seconds, key=seconds.__getitem__)) if seconds else ""
 
