@@ -50,6 +50,8 @@ def run(console: Console, words: list[str]) -> None:
     first = None
     if len(words) > 1 and words[0].lower() == "from":
         first, words = words[1], words[2:]
+    if len(words) == 1 and words[0].lower().endswith((".via", ".viac")):
+        raise Complaint(f"a program is loaded first: write `:load {words[0]}`, then `:run`")
     seconds = values.seconds(words)
     begin = console.session.kernel.tick
     _take_on(console, None, first)
