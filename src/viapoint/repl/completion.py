@@ -80,8 +80,15 @@ def _statement(console: Console, before: str) -> Iterable[str]:
 def _operand(console: Console, action: ActionCommand, words: list[str]) -> Iterable[str]:
     cell = console.session.cell
     match action.operand:
-        case Operand.LABEL_TIMES:
+        case Operand.LABEL_TIMES | Operand.LABEL:
             yield from _labels(console)
+        case Operand.INTERRUPT if words[-1] == "SUB":
+            yield from _labels(console)
+        case Operand.INTERRUPT:
+            yield from ("ERROR", *_condition(console, action, words)) if len(words) == 1 else ("SUB",)
+            yield from _condition(console, action, words) if len(words) > 1 and words[1] != "ERROR" else ()
+        case Operand.NEXT:
+            yield "NEXT"
         case Operand.CONDITION | Operand.WAIT:
             yield from _condition(console, action, words)
         case Operand.LEVEL:
@@ -111,7 +118,7 @@ def _condition(console: Console, action: ActionCommand, words: list[str]) -> Ite
     if len(words) > 1:
         yield from ("AND", "OR", "NOT")
     else:
-        yield from ("NOT",) if action.operand is Operand.WAIT else ("NOT", "AHEAD")
+        yield from ("NOT", "AHEAD") if action.operand is Operand.CONDITION else ("NOT",)
     if action.operand is Operand.WAIT and len(words) > 1:
         yield from ("TIMEOUT", "GOTO")
 

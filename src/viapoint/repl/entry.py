@@ -17,7 +17,7 @@ from viapoint.language.tree import name_key
 _LABEL: Final = re.compile(rf"\s*({NAME})\s*:")
 _WORD: Final = re.compile(r"\s*([A-Za-z]+)")
 _JUMP: Final = re.compile(rf"\s*GOTO\s+({NAME})", re.IGNORECASE)
-_REFERENCE: Final = re.compile(rf"\b(?:GOTO|SUB)\s+({NAME})", re.IGNORECASE)
+_REFERENCE: Final = re.compile(rf"\b(?:GOTO|SUB|OFF)\s+({NAME})", re.IGNORECASE)
 _OPENS: Final = frozenset({"IF", "WHILE", "FOR"})
 _CLOSES: Final = frozenset({"ENDIF", "ENDWHILE", "ENDFOR"})
 _BELONGS_TO_NEXT: Final = "AT"
