@@ -96,7 +96,7 @@ class Blocks:
             command=motion.kind.value,
             length_mm=(travelled - begin.travelled - begin.beside) / MM,
             s0_mm=begin.travelled / MM,
-            limited_by=self._mover.limited_by(begin.tick, tick),
+            limited_by=self._mover.limiters.longest(self._mover.law, begin.tick, tick),
         )
         if self.paced is not None:
             self.paced(self._pace(motion, number))
@@ -116,7 +116,7 @@ class Blocks:
         data: dict[str, EventValue] = {
             "t_end": trace.time,
             **{key: value if math.isfinite(value) else None for key, value in asked.items()},
-            "limits": self._mover.pace(tick, trace.tick),
+            "limits": self._mover.limiters.pace(self._mover.law, tick, trace.tick),
         }
         return Event(tick=tick, t=trace.time_of(tick), line=motion.line, kind="pace", data=data)
 

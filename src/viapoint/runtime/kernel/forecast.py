@@ -249,7 +249,7 @@ class _Forecaster:
                 seconds=(self._tick - begin) * self._cell.tick,
                 length=seen.length,
                 peak=seen.peak,
-                limited_by=self._mover.limited_by(begin, self._tick),
+                limited_by=self._mover.limiters.longest(self._mover.law, begin, self._tick),
                 starting=seen.starting,
                 stopping=seen.stopping,
                 turned=seen.turned,

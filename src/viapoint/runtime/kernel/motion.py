@@ -20,14 +20,14 @@ import numpy as np
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.failure import PlanningError
+from viapoint.runtime.kernel.horizon import Horizon
 from viapoint.runtime.kernel.leg import Leg
+from viapoint.runtime.kernel.limiters import Limiters
 from viapoint.runtime.kernel.lingering import Lingering
 from viapoint.runtime.kernel.route import Route
 from viapoint.runtime.memo import Memo
 from viapoint.runtime.records import Floats
 from viapoint.runtime.timing import (
-    PROGRAMMED_SPEED,
-    UNLIMITED,
     AxisLimits,
     TimeLaw,
     TimingError,
@@ -86,10 +86,10 @@ class Mover:
         """Below 1 the path is run in a slower time, where what carries it needs more of the joints."""
         self.pause: Callable[[float, float], float | None] = lambda s, direction: None
         """The next place from s on, in a direction, at which to be at rest though the path goes on."""
+        self.limiters = Limiters(cell)
         self._route = route
         self._tick = cell.tick
-        self._auxiliary = AuxiliaryAxes.of(cell)
-        joints, others, path = cell.robot.limits, self._auxiliary.limits, cell.path_limits
+        joints, others, path = cell.robot.limits, AuxiliaryAxes.of(cell).limits, cell.path_limits
         acceleration = np.append(joints.acceleration, others.acceleration)
         self.limits = AxisLimits(
             speed=np.concatenate((joints.speed, others.speed, (path.speed, path.angular_speed))),
@@ -175,7 +175,7 @@ class Mover:
         return law if within(law.quality.peaks, felt) else None
 
     def _from_rest(
-        self, curve: Leg | _Curve | Lingering, begin: float, end: float, t0: float = 0.0
+        self, curve: Leg | Horizon | Lingering, begin: float, end: float, t0: float = 0.0
     ) -> TimeLaw:
         if self._lingers and isinstance(curve, Leg):
             curve = Lingering(curve, begin, end, self._lingers, np.zeros(0))
@@ -320,9 +320,9 @@ class Mover:
             self.law = law
         return law is not None
 
-    def _curve(self, end: float) -> _Curve | Lingering:
+    def _curve(self, end: float) -> Horizon | Lingering:
         begin = self.direction * self.s
-        curve = _Curve(self._route, self.direction, begin, end)
+        curve = Horizon(self._route, self.direction, begin, end)
         if not self._lingers:
             return curve
         reach = self._lingers * min(self._path.speed, self._route.fastest(self.s, _HORIZON_PIECES))
@@ -331,7 +331,7 @@ class Mover:
             curve, begin, end, self._lingers, self.direction * self._route.breaks(before, behind)
         )
 
-    def _speed_bound(self, curve: Leg | _Curve | Lingering, r: Floats) -> Floats:
+    def _speed_bound(self, curve: Leg | Horizon | Lingering, r: Floats) -> Floats:
         """Bound (N,) on the rate of r (N,): programmed speed and speed limits, scaled by the override."""
         bound = curve.speed_bound(r)
         if self.scale == 1.0 and self._slowing_until <= self.direction * self.s:
@@ -362,51 +362,6 @@ class Mover:
         """At most `count` ticks from first_tick on, ending early in the tick in which the law is at rest."""
         s, arrived = self.places(first_tick, count)
         return Rows(s, self._route.axes.everything(s), arrived)
-
-    def limited_by(self, first_tick: int, last_tick: int) -> str:
-        """What held the speed back for most of the time between two ticks of the present law."""
-        seconds: dict[int, float] = {}
-        began = 0 if self.law is None else math.ceil(self.law.t0 / self._tick - _ROUNDING)
-        for code, span in self._held_back(max(first_tick, began), last_tick):
-            seconds[code] = seconds.get(code, 0.0) + span
-        return self._name(max(seconds, key=seconds.__getitem__)) if seconds else ""
-
-    def pace(self, first_tick: int, last_tick: int) -> str:
-        """What held the speed back from one tick to another of the present law: names with their seconds.
-
-        As in "J2 0.113, programmed speed 0.5"; `-` where nothing does.
-        """
-        spans = self._held_back(first_tick, last_tick)
-        return ", ".join(f"{self._name(code) or '-'} {seconds:.6g}" for code, seconds in spans)
-
-    def _held_back(self, first_tick: int, last_tick: int) -> list[tuple[int, float]]:
-        """Codes of what held the speed back, one after the other, with their seconds."""
-        law = self.law
-        if law is None or last_tick <= first_tick:
-            return []
-        begin, end = first_tick * self._tick - law.t0, last_tick * self._tick - law.t0
-        first = min(max(int(np.searchsorted(law.t, begin, side="right")) - 1, 0), len(law.limiter) - 1)
-        last = min(max(int(np.searchsorted(law.t, end)), first + 1), len(law.limiter))
-        codes, edges = law.limiter[first:last].tolist(), law.t[first + 1 : last].tolist()
-        spans, since = [], begin
-        for code, following, until in zip(codes, [*codes[1:], None], [*edges, end], strict=True):
-            if code != following:
-                spans.append((code, until - since))
-                since = until
-        return [(code, seconds) for code, seconds in spans if seconds > 0.0]
-
-    def _name(self, code: int) -> str:
-        driven = len(self.limits.speed) - 2
-        joints = driven - len(self._auxiliary)
-        if code == PROGRAMMED_SPEED:
-            return "programmed speed"
-        if code == UNLIMITED:
-            return ""
-        if code < joints:
-            return f"J{code + 1}"
-        if code < driven:
-            return self._auxiliary.name(code - joints)
-        return "path" if code == driven else "orientation"
 
     def _due(self, law: TimeLaw) -> bool:
         ends = self._route.ends
@@ -445,34 +400,3 @@ def _settled_until(law: TimeLaw) -> float:
         return -np.inf
     rising = np.flatnonzero(np.diff(law.v) >= 0.0)
     return law.t0 + float(law.t[rising[-1] + 1]) - _FELT_BEFORE if rising.size else -np.inf
-
-
-@dataclass(frozen=True, slots=True)
-class _Curve:
-    """The limited axes of the route over one horizon of r = direction · s, as the time law wants them."""
-
-    route: Route
-    direction: float
-    r_from: float
-    r_to: float
-
-    def values(self, r: Floats) -> Floats:
-        return self.route.axes.values(self.direction * r)
-
-    def derivatives(self, r: Floats) -> tuple[Floats, Floats, Floats]:
-        first, second, third = self.route.axes.derivatives(self.before_end(self.direction * r))
-        return self.direction * first, second, self.direction * third
-
-    def speed_bound(self, r: Floats) -> Floats:
-        """Programmed bound (N,) on the rate of r."""
-        return self.route.speed_bound(self.before_end(self.direction * r))
-
-    def before_end(self, s: Floats) -> Floats:
-        """s (N,) with the far end, if it is a stop that another motion follows, seen from this side of it."""
-        end = max(self.direction * self.r_from, self.direction * self.r_to)
-        return np.where(s == end, np.nextafter(end, -np.inf), s)
-
-    @property
-    def breaks(self) -> Floats:
-        s_from, s_to = sorted((self.direction * self.r_from, self.direction * self.r_to))
-        return np.sort(self.direction * self.route.breaks(s_from, s_to))
