@@ -334,6 +334,22 @@ def test_it_stops_by_itself_and_says_before_what(text: str, jog: HeldJog, code: 
     require_limits(session)
 
 
+def test_past_a_singular_pose_it_slows_down_and_takes_up_its_speed_again() -> None:
+    """The wrist passes within some degrees of its stretched pose: J4 turns by half a turn on the way."""
+    session = begun(start="MJ J1=5 J2=10 J3=20 J4=10 J5=15 J6=0 F60\n")
+    windows = hold(session, "B", -1, speed=40.0)
+    require_limits(session)
+    J4, J5 = np.degrees(axes(windows)[:, 3:5]).T
+    assert np.ptp(J4) > 150.0
+    turned = np.concatenate([w.quaternion for w in windows])
+    rate = (
+        np.degrees(2.0 * np.arccos(np.minimum(np.abs((turned[1:] * turned[:-1]).sum(axis=1)), 1.0))) * 1000.0
+    )
+    nearest = int(np.abs(J5).argmin())
+    assert rate[nearest - 50 : nearest + 50].max() < 8.0
+    assert np.median(rate[-1500:-500]) == pytest.approx(40.0, rel=1e-2)
+
+
 def test_what_cannot_move_at_all_is_refused() -> None:
     session = begun()
     hold(session, "J1", 1, JogSpace.JOINT, speed=90.0)
