@@ -13,7 +13,7 @@ from typing import Final
 
 from viapoint.jogging import HeldJog, Jog, statement
 from viapoint.runtime.cell import Cell, Frame, Point, Tool
-from viapoint.runtime.kernel import State
+from viapoint.runtime.kernel import Start, State
 from viapoint.runtime.kernel.breaks import HERE
 from viapoint.runtime.kernel.buffer import MotionBuffer
 from viapoint.runtime.kernel.dialogue import Dialogue
@@ -86,7 +86,7 @@ class Interactive(Session):
         if self.under_way or self.kernel.state in _BUSY:
             raise RuntimeError(f"{self.program.source.name} is {self.kernel.state.value}")
         if self.kernel.state is not State.FINISHED or start is not None:
-            self._renew(None if start is None else start.tool)
+            self._renew(None if start is None else replace(self.kernel.here, tool=start.tool))
         self.program, self._keeps_modal, self.status = program, keep_modal, Status.RUNNING
         ports = self.kernel.dialogue
         if start is None:
@@ -111,14 +111,22 @@ class Interactive(Session):
 
         As in a `Session`. The path before it is forgotten.
         """
+        return self._program_in_the_way() or super().hold(held)
+
+    def reference(self, axes: Mapping[str, float]) -> str | None:
+        """Say where the axes stand, between programs. As in a `Session`; the path before it is forgotten."""
+        return self._program_in_the_way() or super().reference(axes)
+
+    def _program_in_the_way(self) -> str | None:
+        """Of what is done between programs: which one is under way. Then nothing lies behind the robot."""
         if self.under_way:
             return f"{self.program.source.name} is {self.kernel.state.value}"
         if self.kernel.state is State.HALTED:  # on the way back over a program that is over
             self._stand_anew()
-        return super().hold(held)
+        return None
 
-    def _stand_anew(self) -> None:
-        self._renew()
+    def _stand_anew(self, here: Start | None = None) -> None:
+        self._renew(here)
         ports = self.kernel.dialogue
         self._machine = Machine(_NOTHING.program, ports, ports, modal=self.modal)
         self.kernel.take_on(self._machine)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from enum import Enum, unique
 from functools import partial
@@ -30,6 +30,7 @@ from viapoint.runtime.kernel import (
     Sensor,
     Start,
     State,
+    referenced,
 )
 from viapoint.runtime.records import Event, Floats, Window
 from viapoint.runtime.signals import Scenario, SignalBank, SignalWorld
@@ -145,24 +146,14 @@ class Session:
         cycles, last_line = self._cycles, self._last_line
         return Machine(self.program.program, ports, ports, max_cycles=cycles, last_line=last_line)
 
-    def _renew(self, tool: int | None = None) -> None:
-        """A new kernel where the robot stands: what the old one had planned ahead is dropped.
-
-        With a `tool` the robot has it now.
-        """
+    def _renew(self, here: Start | None = None) -> None:
+        """A new kernel where the robot stands, or `here`: what the old one had planned ahead is dropped."""
         old = self.kernel
-        tool = old.tool if tool is None else tool
-        here = Start(old.tick, old.telemetry.joints.copy(), old.telemetry.auxiliary.copy(), tool)
-        self.kernel = self._made(self.cell, override=old.mover.override, start=here)
+        self.kernel = self._made(self.cell, override=old.mover.override, start=here or old.here)
         self.kernel.goes_on = old.goes_on
         self.kernel.keep_override(old)
         self.kernel.planner.laid = old.planner.laid
         self.kernel.execution.blocks.paced = old.execution.blocks.paced
-
-    def _begin_anew(self) -> None:
-        """The robot was moved by hand, and stands: the program begins from there."""
-        self._renew()
-        self._machine = self._interpreter()
 
     def run(self) -> Iterator[Window]:
         """Run on to the end, window by window. The first window of a session is tick 0.
@@ -194,9 +185,11 @@ class Session:
             self._stand_anew()
         return window
 
-    def _stand_anew(self) -> None:
+    def _stand_anew(self, here: Start | None = None) -> None:
+        """The robot was moved by hand, or said to stand `here`: the program begins from there."""
         if self.kernel.state is State.READY:
-            self._begin_anew()
+            self._renew(here)
+            self._machine = self._interpreter()
 
     def finish(self) -> Status:
         """Run to the end without looking at the windows."""
@@ -268,6 +261,20 @@ class Session:
     def let_go(self) -> str | None:
         """End a held jog: the robot comes to rest within the limits."""
         return self.kernel.let_go()
+
+    def reference(self, axes: Mapping[str, float]) -> str | None:
+        """Say where the axes stand, before the run has begun: as encoders read, in deg and mm, by name.
+
+        Nothing moves and no time passes; axes that are not named stay where they are. Answers why it is
+        refused: also for a value outside an axis' range, and where the robot would break a rule of its
+        workspace. Raises ValueError for an axis that the robot has not, and a number that is not finite.
+        """
+        there = referenced(self.cell, self.kernel.here, axes)
+        refused = self.kernel.refuses_to_stand(there)
+        if refused is None:
+            self._stand_anew(there)
+            self.kernel.tell_reference(axes)
+        return refused
 
     def set_input(self, name: str, value: bool | float) -> None:
         """Set an input (`"DI3"` or its name in the cell) from outside, from the next tick on.

@@ -54,7 +54,7 @@ CASES = [
     (":break D", ["DROP"]),
     (":io le", ["level"]),
     (":teach P6", []),
-    (":help re", ["reset", "record"]),
+    (":help re", ["reset", "reference", "record"]),
     (":frob x", []),
 ]
 

@@ -319,6 +319,32 @@ def test_a_jog_before_the_run_that_begins_where_it_ends() -> None:
     assert seen[0] == ("ready", pytest.approx(0.34 * 20.0, rel=1e-3))
 
 
+def test_the_run_begins_where_a_client_says_the_robot_stands() -> None:
+    with served("part.via", "--await-client") as run, Client(port=run.port) as client:
+        client.request("reference", axes={"j1": 7.5, "J5": -20})
+        for bad, words in (
+            ({"J9": 1}, "no axis J9"),
+            ({"J2": 400.0}, "J2 = 400.0 deg is outside its range"),
+            ({"J2": True}, "`axes` must be an object"),
+            ({"J2": 10**400}, "`axes` must be an object"),
+            ({}, "`axes` must be an object"),
+        ):
+            with pytest.raises(ServerError, match=words):
+                client.request("reference", axes=bad)
+        client.request("lockstep", on=True)
+        client.request("start")
+        seen = client.request("monitor")["monitor"]
+        assert seen["tick"] == 0
+        assert [seen["joints_deg"][i] for i in (0, 4)] == [7.5, -20.0]
+        with pytest.raises(ServerError, match="the run has begun"):
+            client.request("reference", axes={"J1": 0})
+        client.request("lockstep", on=False)
+        to_its_end(client)
+        events = [e for e in run.report()["events"] if e["kind"] in ("reference", "command")]
+    told = [(e["kind"], e["J1"], e["J5"]) for e in events[:2]]
+    assert told == [("reference", 7.5, -20.0), ("command", 7.5, -20.0)]
+
+
 def test_a_jog_whose_client_leaves_is_let_go() -> None:
     with served("part.via", "--await-client") as run:
         with Client(port=run.port) as client:

@@ -101,6 +101,8 @@ def test_commands_go_to_one_robot_or_to_all_and_a_run_in_lockstep_repeats() -> N
 REFUSED = [
     ("monitor", {}, 'say which one, as in "robot": 2'),
     ("reset_m", {"index": 7}, 'say which one, as in "robot": 2'),
+    ("reference", {"axes": {"J1": 1}}, 'say which one, as in "robot": 2'),
+    ("reference", {"axes": {"J1": 400}, "robot": 1}, "outside its range"),
     ("halt", {"robot": 3}, "no robot 3; its robots are 1, 2"),
     ("halt", {"robot": "rigth"}, "did you mean `right`?"),
     ("halt", {"robot": True}, "`robot` must be the number or name of a robot"),

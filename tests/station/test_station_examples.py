@@ -89,7 +89,9 @@ def test_every_robot_has_a_recording_with_its_path(
         assert len(recording.paces) == len(blocks) > 0, "what holds back every motion"
 
 
-@pytest.mark.parametrize("option", [["--from", "2"], ["--to", "2"], ["--realtime"], ["--await-client"]])
+@pytest.mark.parametrize(
+    "option", [["--from", "2"], ["--to", "2"], ["--reference", "J1=2"], ["--realtime"], ["--await-client"]]
+)
 def test_options_of_one_robot_are_refused(
     option: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -81,6 +81,15 @@ def _address(text: str) -> tuple[str, int]:
     return host.strip("[]") or "127.0.0.1", int(port)
 
 
+def _axes(text: str) -> dict[str, float]:
+    """`J1=10,E1=300`."""
+    pairs = [pair.partition("=") for pair in text.split(",")]
+    names = [name.strip().upper() for name, _, _ in pairs]
+    if not all(names) or not all(given for _, given, _ in pairs) or len(set(names)) < len(names):
+        raise argparse.ArgumentTypeError(f"must name each axis once, as in J1=10,E1=300, not {text}")
+    return {name: _number(value) for name, (_, _, value) in zip(names, pairs, strict=True)}
+
+
 def _path(text: str) -> Path:
     if not text or "\0" in text:
         raise argparse.ArgumentTypeError("is not the name of a file")
@@ -141,6 +150,12 @@ COMMANDS = (
             *LIMITS,
             _option("--from", dest="first", metavar="N", type=_whole, help="start from line N"),
             _option("--to", metavar="N", type=_whole, help="end the run when line N has been executed"),
+            _option(
+                "--reference",
+                metavar="J1=V,…",
+                type=_axes,
+                help="where axes stand when the run begins, deg or mm; the others at home",
+            ),
             _option("--step", action="store_true", help="exact stop after every motion, as in stepping"),
             _option("--override", metavar="P", type=_percent, default=100.0, help="override in percent"),
             _option("--record", metavar="OUT.mcap", type=_path, help="write a recording"),

@@ -29,7 +29,10 @@ if TYPE_CHECKING:
 
 # Options that change what a run does; a recording names these and no others, so that the same run
 # writes the same bytes wherever it is written to.
-TELLING = ("cell", "scenario", "override", "max_time", "cycles", "first", "to", "step", "dry_run", "drives")
+TELLING = (
+    *("cell", "scenario", "override", "max_time", "cycles", "first", "to", "reference", "step"),
+    *("dry_run", "drives"),
+)
 FLAGS = {"first": "from"}  # `from` is a word of Python
 OUTLINE = 17  # points of a curved piece of path in the scene
 STRAIGHT = 1e-5  # m; pieces this near to their chord are drawn as two points
@@ -167,7 +170,7 @@ class _Job:
 
         chosen = self._chosen
         try:
-            return Session(
+            session = Session(
                 self.cell,
                 self.loaded,
                 scenario=self.scenario,
@@ -184,6 +187,14 @@ class _Job:
             )
         except StartError as error:
             raise UsageError(str(error)) from error
+        if (axes := getattr(chosen, "reference", None)) is not None:
+            try:
+                refused = session.reference(axes)
+            except ValueError as error:
+                raise UsageError(f"--reference: {error}") from error
+            if refused is not None:
+                raise Refusal(f"the robot cannot stand there: {refused}")
+        return session
 
     def run(self, live: Any = None) -> None:
         """To the end, or to Ctrl-C: then to a stop on the path. The recording is closed in any case."""
@@ -373,6 +384,8 @@ def _command_line(chosen: Namespace) -> str:
         if value is None or value is False or value == DEFAULTS.get(name):
             continue
         words.append(f"--{flag_of(name)}")
-        if value is not True:
+        if isinstance(value, dict):
+            words.append(",".join(f"{axis}={number!r}" for axis, number in value.items()))
+        elif value is not True:
             words.append(value.name if isinstance(value, Path) else f"{value:g}")
     return " ".join(words)

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 FOR_ONE = {
     "first": "names a line of one program",
     "to": "names a line of one program",
+    "reference": "names axes of one robot",
     "realtime": "sends the ticks of one robot",
 }
 """Options that are of one robot, and why."""

@@ -81,6 +81,12 @@ COMMANDS: Final = (
         moving.jog,
         "base tool frame for at J1 J2 J3 J4 J5 J6 X Y Z A B C",
     ),
+    Command(
+        "reference",
+        "reference AXIS=V…",
+        "say where axes stand, J1… and E1… in deg or mm, as encoders read; nothing moves",
+        moving.reference,
+    ),
     Command("time", "time [S]", "the time; let S seconds pass", moving.let_pass),
     Command("pace", "pace [X|off]", "let time pass X times as fast as the clock", moving.set_pace, "off"),
     Command(

@@ -39,7 +39,7 @@ KEPT_TICKS: Final = 600_000
 KEPT_PACES: Final = 60_000
 """Motions of which it is kept for pictures what held them back."""
 
-QUIET: Final = frozenset({"block", "error", "override", "input_read", "zone"})
+QUIET: Final = frozenset({"block", "error", "override", "input_read", "zone", "reference"})
 """Events not told unless tracing is on."""
 
 SPEAKING: Final = frozenset({"output", "input_read", "block"})

@@ -270,6 +270,22 @@ def _jog_on(console: Console, held: HeldJog) -> None:
     console.go(begin=begin)
 
 
+def reference(console: Console, words: list[str]) -> None:
+    """Where the axes stand; then what the TCP is at."""
+    console.require_free()
+    axes: dict[str, float] = {}
+    for word in words:
+        name, given, value = word.partition("=")
+        if not given or name.upper() in axes:
+            raise Complaint(f"`{word}`: write each axis once, as in `:reference J1=12.5 E1=300`")
+        axes[name.upper()] = values.number(value, "deg or mm")
+    try:
+        _taken(console.session.reference(axes))
+    except ValueError as error:
+        raise Complaint(str(error)) from None
+    console.say(f"joints  {show.joints(console.session)}")
+
+
 def let_pass(console: Console, words: list[str]) -> None:
     """Whatever the robot does or does not do meanwhile."""
     session = console.session

@@ -285,6 +285,7 @@ class Attendant:
                 pass
             case _:
                 given = {k: v for k, v in values.items() if v is not None and k != "robot"}
+                given |= {name.upper(): value for name, value in given.pop("axes", {}).items()}
                 for session in self._command(client, request):
                     kernel = session.kernel
                     kernel.trace.emit("command", kernel.line, do=request.do, client=client, **given)
@@ -314,12 +315,24 @@ class Attendant:
             raise Refused(refused, request.identity)
         self._jogging = client
 
+    def _reference(self, session: Session, request: Request) -> None:
+        axes = {name.upper(): float(value) for name, value in request.values["axes"].items()}
+        try:
+            refused = "the run has begun" if self._started else session.reference(axes)
+        except ValueError as error:
+            refused = str(error)
+        if refused is not None:
+            raise Refused(refused, request.identity)
+
     def _command(self, client: int, request: Request) -> Sequence[Session]:
         """What changes the run, from the next tick on; the robots whose run that is. Raises Refused."""
         session, values = self.robots.first, request.values
         match request.do:
             case "jog":
                 self._jog(client, request)
+            case "reference":
+                session = self.robots.one(request)
+                self._reference(session, request)
             case "set" | "variable":
                 signal = self.robots.signal(request)
                 if signal.kind in (SignalKind.DIGITAL_OUTPUT, SignalKind.ANALOG_OUTPUT):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -49,7 +49,9 @@ class Spec:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    """A finite one: a whole number of JSON may be larger than any float."""
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and abs(value) <= sys.float_info.max
 
 
 def _whole(low: int, high: int) -> Callable[[Any], bool]:
@@ -62,6 +64,10 @@ def _between(low: float, high: float) -> Callable[[Any], bool]:
 
 def _one_of(*words: str) -> Callable[[Any], bool]:
     return lambda value: isinstance(value, str) and value in words
+
+
+def _are_axes(value: Any) -> bool:
+    return isinstance(value, dict) and len(value) > 0 and all(map(_is_number, value.values()))
 
 
 LONGEST_HOLD_S: Final = 1.0
@@ -126,6 +132,10 @@ REQUESTS: Final[Mapping[str, Spec]] = {
         "before the run begins: move on along an axis for `seconds`; ask again in time to go on",
     ),
     "let_go": Spec({}, "end a jog"),
+    "reference": Spec(
+        {"axes": Value('an object such as {"J1": 12.5, "E1": 300}, deg or mm', _are_axes), **_ROBOT},
+        "before the run begins: say where axes stand, as their encoders read; nothing moves",
+    ),
     "lockstep": Spec({"on": _SWITCH}, "let time pass only by `advance`"),
     "advance": Spec(
         {"ticks": Value("a whole number from 1", _whole(1, MOST_TICKS))},

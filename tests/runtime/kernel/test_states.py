@@ -27,6 +27,7 @@ ISSUED: dict[Command, Callable[[Session], str | None]] = {
     Command.STEP_BACK: lambda session: session.kernel.step_back(),
     Command.JOG: lambda session: session.hold(HeldJog("J1", 1, JogSpace.JOINT)),
     Command.LET_GO: Session.let_go,
+    Command.REFERENCE: lambda session: session.reference({"J1": 5.0}),
 }
 
 

@@ -9,6 +9,7 @@ from viapoint.runtime.kernel.kernel import Kernel
 from viapoint.runtime.kernel.offsets import Sensor
 from viapoint.runtime.kernel.peaks import ratios
 from viapoint.runtime.kernel.planner import Corner
+from viapoint.runtime.kernel.referencing import referenced
 from viapoint.runtime.kernel.states import Command, State
 from viapoint.runtime.kernel.zones import ExclusiveZones
 
@@ -27,4 +28,5 @@ __all__ = [
     "Start",
     "State",
     "ratios",
+    "referenced",
 ]

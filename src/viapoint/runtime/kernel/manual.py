@@ -1,16 +1,20 @@
-"""Jogging by hand: the robot moves while it is asked to, off any path.
+"""Jogging by hand: the robot moves while it is asked to, off any path; and being told where it stands.
 
-It begins and ends at rest, with no program under way. Afterwards the path begins anew where the robot
+A jog begins and ends at rest, with no program under way. Afterwards the path begins anew where the robot
 stands: whoever owns the kernel makes another one. Not here: how the robot is kept within its limits.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from viapoint.runtime.kernel.breaks import Start
 from viapoint.runtime.kernel.jogger import Demand, Jogger
 from viapoint.runtime.kernel.motion import Rows
 from viapoint.runtime.kernel.outlet import Present
+from viapoint.runtime.kernel.referencing import out_of_range
 from viapoint.runtime.kernel.states import Command, Hold, State
 from viapoint.runtime.kernel.tracking import Tracking
 from viapoint.runtime.records import Ints, Window
@@ -69,6 +73,26 @@ class Manual(Tracking):
         if refused is None:
             self._release_jog("let go")
         return refused
+
+    @property
+    def here(self) -> Start:
+        """Where and when the robot stands."""
+        joints, auxiliary = self.telemetry.joints.copy(), self.telemetry.auxiliary.copy()
+        return Start(self.trace.tick, joints, auxiliary, self.execution.tool)
+
+    def refuses_to_stand(self, there: Start) -> str | None:
+        """Why the robot cannot be said to stand there now; None if it can."""
+        refused = self.refusal(Command.REFERENCE)
+        if refused is None and self.outlet.feed.displaces:
+            refused = "corrections are at work"
+        refused = refused or out_of_range(self.cell, there)
+        if refused is None and (error := self.guard.standing(there.joints, there.tool, 0)) is not None:
+            refused = error.message
+        return refused
+
+    def tell_reference(self, axes: Mapping[str, float]) -> None:
+        """The robot was said to stand here: the axes named, deg or mm."""
+        self.trace.emit("reference", 0, tick=None, **{name: float(value) for name, value in axes.items()})
 
     @property
     def _jogging_share(self) -> float:

@@ -55,6 +55,7 @@ class Command(Enum):
     STEP_BACK = "step back"
     JOG = "jog"
     LET_GO = "let go"
+    REFERENCE = "reference"
 
 
 @unique
@@ -103,14 +104,16 @@ _JOGGING: Final = "the robot is being jogged"
 _UNDER_WAY: Final = "a program is under way"
 _NOT_JOGGED: Final = "nothing is being jogged"
 
+_BETWEEN: Final = {Command.OVERRIDE, Command.STEP_BACK, Command.JOG, Command.REFERENCE}
+
 _ENDED: Final = MappingProxyType(
     {
-        **dict.fromkeys(set(Command) - {Command.OVERRIDE, Command.STEP_BACK, Command.JOG}, _OVER),
+        **dict.fromkeys(set(Command) - _BETWEEN, _OVER),
         Command.LET_GO: _NOT_JOGGED,
     }
 )
 """Between two programs: the override is that of the next one, the path behind can be travelled back, and the
-robot can be jogged."""
+robot can be jogged and referenced."""
 
 REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
     {
@@ -127,6 +130,7 @@ REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
             Command.STEP_BACK: _NOT_AT_REST,
             Command.JOG: _UNDER_WAY,
             Command.LET_GO: _NOT_JOGGED,
+            Command.REFERENCE: _UNDER_WAY,
         },
         Mode.JOGGING: {
             Command.HALT: _JOGGING,
@@ -134,12 +138,14 @@ REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
             Command.RESET: _NO_EMERGENCY,
             Command.STEP: _JOGGING,
             Command.STEP_BACK: _JOGGING,
+            Command.REFERENCE: _JOGGING,
         },
         Mode.HELD: {
             Command.RESUME: _NOTHING_HALTED,
             Command.RESET: _NO_EMERGENCY,
             Command.JOG: _UNDER_WAY,
             Command.LET_GO: _NOT_JOGGED,
+            Command.REFERENCE: _UNDER_WAY,
         },
         Mode.HALTING: {
             Command.HALT: _HALTED,
@@ -147,12 +153,14 @@ REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
             Command.STEP_BACK: _NOT_AT_REST,
             Command.JOG: _UNDER_WAY,
             Command.LET_GO: _NOT_JOGGED,
+            Command.REFERENCE: _UNDER_WAY,
         },
         Mode.HALTED: {
             Command.HALT: _HALTED,
             Command.RESET: _NO_EMERGENCY,
             Command.JOG: _UNDER_WAY,
             Command.LET_GO: _NOT_JOGGED,
+            Command.REFERENCE: _UNDER_WAY,
         },
         Mode.STOPPING: {
             Command.HALT: _STOPPING,
@@ -163,6 +171,7 @@ REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
             Command.STEP_BACK: _STOPPING,
             Command.JOG: _STOPPING,
             Command.LET_GO: _STOPPING,
+            Command.REFERENCE: _STOPPING,
         },
         Mode.BRAKING: {
             Command.HALT: _BRAKING,
@@ -174,6 +183,7 @@ REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
             Command.STEP_BACK: _BRAKING,
             Command.JOG: _BRAKING,
             Command.LET_GO: _BRAKING,
+            Command.REFERENCE: _BRAKING,
         },
         Mode.LATCHED: {
             Command.HALT: _LATCHED,
@@ -184,6 +194,7 @@ REFUSALS: Final[Mapping[Mode, Mapping[Command, str]]] = MappingProxyType(
             Command.STEP_BACK: _LATCHED,
             Command.JOG: _LATCHED,
             Command.LET_GO: _NOT_JOGGED,
+            Command.REFERENCE: _LATCHED,
         },
         Mode.OVER: {**dict.fromkeys(Command, _OVER), Command.LET_GO: _NOT_JOGGED},
         Mode.FINISHED: _ENDED,
