@@ -19,6 +19,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from viapoint.calibration import CalibrationError, ToolCalibration, calibrate_frame, calibrate_tool
     from viapoint.checking import CheckReport, check_program
+    from viapoint.identification import (
+        DynamicsIdentification,
+        IdentificationError,
+        MotionSamples,
+        identify_dynamics,
+    )
     from viapoint.interactive import Interactive
     from viapoint.jogging import HeldJog, Jog, JogError, JogSpace
     from viapoint.language.diagnostics import Diagnostic, Severity
@@ -42,13 +48,16 @@ __all__ = [
     "CheckReport",
     "CompileError",
     "Diagnostic",
+    "DynamicsIdentification",
     "Event",
     "HeldJog",
+    "IdentificationError",
     "Interactive",
     "Jog",
     "JogError",
     "JogSpace",
     "Monitor",
+    "MotionSamples",
     "Punctuality",
     "Recorder",
     "Recording",
@@ -73,6 +82,7 @@ __all__ = [
     "compile_file",
     "compile_text",
     "default_cell",
+    "identify_dynamics",
     "load_cell",
     "load_cells",
     "load_recording",
@@ -86,6 +96,12 @@ __all__ = [
 _HOMES = {
     "viapoint.calibration": ("CalibrationError", "ToolCalibration", "calibrate_frame", "calibrate_tool"),
     "viapoint.checking": ("CheckReport", "check_program"),
+    "viapoint.identification": (
+        "DynamicsIdentification",
+        "IdentificationError",
+        "MotionSamples",
+        "identify_dynamics",
+    ),
     "viapoint.interactive": ("Interactive",),
     "viapoint.jogging": ("HeldJog", "Jog", "JogError", "JogSpace"),
     "viapoint.language.diagnostics": ("Diagnostic", "Severity"),

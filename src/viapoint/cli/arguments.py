@@ -6,15 +6,14 @@ Parsing only. Each command names the function that runs it, imported when it is 
 from __future__ import annotations
 
 import argparse
-import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from pathlib import Path
 from typing import Any, NoReturn
 
 from viapoint.cli.failures import UsageError
+from viapoint.cli.values import address, axes, number, one_of, path, percent, positive, whole
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,96 +39,28 @@ class Command:
     example: str
 
 
-# --- values -------------------------------------------------------------------------------------
-
-
-def _number(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"`{text}` is not a number")
-    return value
-
-
-def _positive(text: str) -> float:
-    value = _number(text)
-    if value <= 0.0:
-        raise argparse.ArgumentTypeError(f"must be greater than 0, not {text}")
-    return value
-
-
-def _percent(text: str) -> float:
-    value = _number(text.removesuffix("%"))
-    if not 0.0 < value <= 100.0:
-        raise argparse.ArgumentTypeError(f"must be above 0 and at most 100 percent, not {text}")
-    return value
-
-
-def _whole(text: str) -> int:
-    if not re.fullmatch(r"[0-9]{1,9}", text) or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"must be a whole number from 1, not {text}")
-    return int(text)
-
-
-def _address(text: str) -> tuple[str, int]:
-    """`PORT` or `HOST:PORT`; without a host, this machine alone."""
-    host, _, port = text.rpartition(":")
-    if not re.fullmatch(r"[0-9]{1,5}", port) or int(port) > 65_535:
-        raise argparse.ArgumentTypeError(f"must be a port or HOST:PORT, not {text}")
-    return host.strip("[]") or "127.0.0.1", int(port)
-
-
-def _axes(text: str) -> dict[str, float]:
-    """`J1=10,E1=300`."""
-    pairs = [pair.partition("=") for pair in text.split(",")]
-    names = [name.strip().upper() for name, _, _ in pairs]
-    if not all(names) or not all(given for _, given, _ in pairs) or len(set(names)) < len(names):
-        raise argparse.ArgumentTypeError(f"must name each axis once, as in J1=10,E1=300, not {text}")
-    return {name: _number(value) for name, (_, _, value) in zip(names, pairs, strict=True)}
-
-
-def _path(text: str) -> Path:
-    if not text or "\0" in text:
-        raise argparse.ArgumentTypeError("is not the name of a file")
-    return Path(text)
-
-
-def _one_of(*words: str) -> Callable[[str], str]:
-    def choose(text: str) -> str:
-        if text not in words:
-            from viapoint.language.suggestions import did_you_mean
-
-            hint = did_you_mean(text, words) or f"choose {' or '.join(words)}"
-            raise argparse.ArgumentTypeError(f"`{text}` is unknown; {hint}")
-        return text
-
-    return choose
-
-
 # --- the table ----------------------------------------------------------------------------------
 
-PROGRAM = _option("file", metavar="FILE", type=_path, help="program, .via or .viac")
-PROGRAMS = _option("files", metavar="FILE", type=_path, nargs="+", help="programs, .via or .viac")
-CELL = _option("--cell", metavar="CELL", type=_path, help="cell file (.toml); run and plot have one built in")
-SCENARIO = _option("--scenario", metavar="S", type=_path, help="what happens around the robot (.toml)")
+PROGRAM = _option("file", metavar="FILE", type=path, help="program, .via or .viac")
+PROGRAMS = _option("files", metavar="FILE", type=path, nargs="+", help="programs, .via or .viac")
+CELL = _option("--cell", metavar="CELL", type=path, help="cell file (.toml); run and plot have one built in")
+SCENARIO = _option("--scenario", metavar="S", type=path, help="what happens around the robot (.toml)")
 FORMAT = _option(
-    "--format", metavar="text|json", type=_one_of("text", "json"), default="text", help="default: text"
+    "--format", metavar="text|json", type=one_of("text", "json"), default="text", help="default: text"
 )
 ROBOT = _option("--robot", metavar="R", required=True, help="name of `viapoint robots`, or a robot file")
 TOOL = _option(
-    "--tool", metavar="V", type=_number, nargs=6, default=None, help="tool: X Y Z A B C in mm and deg"
+    "--tool", metavar="V", type=number, nargs=6, default=None, help="tool: X Y Z A B C in mm and deg"
 )
 
 
 def _output(what: str) -> Option:
-    return _option("-o", "--output", metavar="OUT", type=_path, required=True, help=what)
+    return _option("-o", "--output", metavar="OUT", type=path, required=True, help=what)
 
 
 LIMITS = (
-    _option("--max-time", metavar="S", type=_positive, help="stop after S seconds of the robot's time"),
-    _option("--cycles", metavar="N", type=_whole, help="stop when the program has run N times"),
+    _option("--max-time", metavar="S", type=positive, help="stop after S seconds of the robot's time"),
+    _option("--cycles", metavar="N", type=whole, help="stop when the program has run N times"),
 )
 
 COMMANDS = (
@@ -141,40 +72,40 @@ COMMANDS = (
             _option(
                 "file",
                 metavar="FILE",
-                type=_path,
+                type=path,
                 nargs="?",
                 help="program, .via or .viac; not needed where the cell names one for each of its robots",
             ),
             CELL,
             SCENARIO,
             *LIMITS,
-            _option("--from", dest="first", metavar="N", type=_whole, help="start from line N"),
-            _option("--to", metavar="N", type=_whole, help="end the run when line N has been executed"),
+            _option("--from", dest="first", metavar="N", type=whole, help="start from line N"),
+            _option("--to", metavar="N", type=whole, help="end the run when line N has been executed"),
             _option(
                 "--reference",
                 metavar="J1=V,…",
-                type=_axes,
+                type=axes,
                 help="where axes stand when the run begins, deg or mm; the others at home",
             ),
             _option("--step", action="store_true", help="exact stop after every motion, as in stepping"),
-            _option("--override", metavar="P", type=_percent, default=100.0, help="override in percent"),
-            _option("--record", metavar="OUT.mcap", type=_path, help="write a recording"),
+            _option("--override", metavar="P", type=percent, default=100.0, help="override in percent"),
+            _option("--record", metavar="OUT.mcap", type=path, help="write a recording"),
             _option("--dry-run", action="store_true", help="hold the cell's process outputs off"),
             _option(
                 "--drives",
                 metavar="ideal",
-                type=_one_of("ideal"),
+                type=one_of("ideal"),
                 default="ideal",
                 help="model of the drives",
             ),
             _option(
                 "--serve",
                 metavar="[HOST:]PORT",
-                type=_address,
+                type=address,
                 help="let clients watch and command the run over TCP; port 0: a free one",
             ),
             _option("--await-client", action="store_true", help="begin when a client of --serve says start"),
-            _option("--window", metavar="N", type=_whole, default=512, help="ticks computed at once"),
+            _option("--window", metavar="N", type=whole, default=512, help="ticks computed at once"),
             _option("--realtime", action="store_true", help="every tick at its time on the clock"),
             FORMAT,
         ),
@@ -185,7 +116,7 @@ COMMANDS = (
         "a prompt: statements typed are executed at once on the simulated robot",
         "prompt:repl",
         (
-            _option("file", metavar="FILE", type=_path, nargs="?", default=None, help="program to load"),
+            _option("file", metavar="FILE", type=path, nargs="?", default=None, help="program to load"),
             CELL,
             SCENARIO,
         ),
@@ -211,7 +142,7 @@ COMMANDS = (
         "picture of a run: path, joints against limits, signals",
         "recordings:plot",
         (
-            _option("file", metavar="REC.mcap|FILE.via", type=_path, help="recording or program"),
+            _option("file", metavar="REC.mcap|FILE.via", type=path, help="recording or program"),
             _output("picture to write (.png, .svg or .pdf)"),
             CELL,
             SCENARIO,
@@ -224,7 +155,7 @@ COMMANDS = (
         "a recording as CSV, one row per tick",
         "recordings:export",
         (
-            _option("file", metavar="REC.mcap", type=_path, help="recording"),
+            _option("file", metavar="REC.mcap", type=path, help="recording"),
             _output("table to write (.csv), - for the terminal"),
         ),
         "viapoint export part.mcap -o part.csv",
@@ -234,8 +165,8 @@ COMMANDS = (
         "first difference of two recordings, and both cycle times per statement",
         "recordings:diff",
         (
-            _option("a", metavar="A.mcap", type=_path, help="recording"),
-            _option("b", metavar="B.mcap", type=_path, help="recording"),
+            _option("a", metavar="A.mcap", type=path, help="recording"),
+            _option("b", metavar="B.mcap", type=path, help="recording"),
             FORMAT,
         ),
         "viapoint diff before.mcap after.mcap",
@@ -246,7 +177,7 @@ COMMANDS = (
         "kinematics:fk",
         (
             ROBOT,
-            _option("joints", metavar="J", type=_number, nargs="+", help="joints, deg or mm"),
+            _option("joints", metavar="J", type=number, nargs="+", help="joints, deg or mm"),
             TOOL,
             FORMAT,
         ),
@@ -258,7 +189,7 @@ COMMANDS = (
         "kinematics:ik",
         (
             ROBOT,
-            _option("pose", metavar="X…C", type=_number, nargs=6, help="X Y Z A B C of the TCP"),
+            _option("pose", metavar="X…C", type=number, nargs=6, help="X Y Z A B C of the TCP"),
             TOOL,
             FORMAT,
         ),
@@ -269,18 +200,18 @@ COMMANDS = (
         "a tool from flange poses that touched one point; a frame from three points",
         "calibrating:calibrate",
         (
-            _option("what", metavar="tool|frame", type=_one_of("tool", "frame"), help="what to find"),
+            _option("what", metavar="tool|frame", type=one_of("tool", "frame"), help="what to find"),
             _option(
                 "file",
                 metavar="MEASURED.csv",
-                type=_path,
+                type=path,
                 help="a row per pose: x,y,z,a,b,c in mm and deg; for a frame x,y,z will do",
             ),
             _option("--robot", metavar="R", default=None, help="rows are joints of this robot, deg or mm"),
             _option(
                 "--tool",
                 metavar="V",
-                type=_number,
+                type=number,
                 nargs=6,
                 default=None,
                 help="for a frame: the tool that touched, X Y Z A B C from the flange",
@@ -289,6 +220,30 @@ COMMANDS = (
             FORMAT,
         ),
         "viapoint calibrate tool touched.csv",
+    ),
+    Command(
+        "identify",
+        "masses, inertias and friction of an arm from measured torques",
+        "identifying:identify",
+        (
+            _option(
+                "file",
+                metavar="REC.mcap|TABLE.csv",
+                type=path,
+                help="recording with torques; or a table of t, j1…, tj1…, as `export` writes it",
+            ),
+            _option("--robot", metavar="R", default=None, help="the robot, on a level base"),
+            _option("--cell", metavar="CELL", type=path, help="the robot as it stands in a cell (.toml)"),
+            _option(
+                "--against",
+                metavar="OTHER",
+                type=path,
+                default=None,
+                help="another recording or table: how well its torques are predicted",
+            ),
+            FORMAT,
+        ),
+        "viapoint identify exciting.mcap --cell cell.toml --against part.mcap",
     ),
     Command(
         "robots", "the robots that come with viapoint", "kinematics:robots", (FORMAT,), "viapoint robots"

@@ -20,7 +20,8 @@ RECORDING_SUFFIX = ".mcap"
 MILLISECONDS = 1000.0
 
 
-def _recording(path: Path) -> Recording:
+def recording_from(path: Path) -> Recording:
+    """The recording in a file; what is missing at its end is noted. Raises Refusal."""
     from viapoint.runtime.recording import RecordingError, load_recording
 
     try:
@@ -41,7 +42,7 @@ def plot(chosen: Namespace) -> int:
         superfluous = [name for name, value in given.items() if value is not None]
         if superfluous:
             raise UsageError(f"{superfluous[0]} belongs to a program; {chosen.file} is a recording")
-        recording = _recording(chosen.file)
+        recording = recording_from(chosen.file)
         info, trace, good = recording.info, recording.trace, True
         events: Sequence[Event] = [*recording.events, *recording.paces]
     else:
@@ -60,7 +61,7 @@ def export(chosen: Namespace) -> int:
     from viapoint.runtime.recording.export import write_csv
 
     keep_inputs(chosen.output, chosen.file)
-    recording = _recording(chosen.file)
+    recording = recording_from(chosen.file)
     info = recording.info
     if str(chosen.output) == "-":
         write_csv(recording.trace, info.axes, sys.stdout, info.auxiliary)
@@ -82,7 +83,7 @@ def diff(chosen: Namespace) -> int:
     """Always 0 for two readable recordings: a difference is an answer, not an error."""
     from viapoint.runtime.recording.compare import compare
 
-    a, b = _recording(chosen.a), _recording(chosen.b)
+    a, b = recording_from(chosen.a), recording_from(chosen.b)
     result = compare(a, b)
     if chosen.format == "json":
         print_json(_as_object(result))
