@@ -6,6 +6,7 @@ neighbour with the one after. Finished pieces never change.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -267,7 +268,6 @@ def _require_finite(move: Move) -> None:
     for pose in (move.start, move.target, move.via):
         if pose is not None:
             numbers += [pose.position, pose.quaternion]
-    if move.angle is not None:
-        numbers.append(np.array([move.angle]))
-    if not all(array is None or np.isfinite(array).all() for array in numbers):
+    given = [array for array in numbers if array is not None]
+    if not np.isfinite(np.concatenate(given)).all() or not math.isfinite(move.angle or 0.0):
         raise ValueError(f"the {move.kind.value} {move.tag} has a number that is not finite")

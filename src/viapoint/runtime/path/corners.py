@@ -89,6 +89,8 @@ class Ruler:
             most = 0.5 * min(self.left.length, self.right.length)
         else:
             most = min(self._most(self.left, at_end=True), self._most(self.right, at_end=False))
+        if self._turned(self.left) <= MOST_ROTATION and self._turned(self.right) <= MOST_ROTATION:
+            return most
         while most > SHORTEST_EDGE and self._rotation(most) > MOST_ROTATION:
             most *= 0.5 if self._rotation(most) > 2.0 * MOST_ROTATION else 0.9
         return most
@@ -114,6 +116,12 @@ class Ruler:
         leave, join = self.cut(distance)
         left = self.left.angle
         return max(left.upto(self.left.length) - left.upto(leave), self.right.angle.upto(join))
+
+    def _turned(self, segment: Segment) -> float:
+        """The rotation along a whole side: no part of it rotates by more."""
+        if self.left.space is self.right.space is Space.JOINT:
+            return 0.0
+        return segment.angle.upto(segment.length)
 
     @staticmethod
     def _total(segment: Segment) -> float:
