@@ -37,8 +37,8 @@ from viapoint.runtime.timing import (
     within,
 )
 
-_HORIZON_PIECES: Final = 32
-"""Pieces a law covers at least: some ten blocks with round edges; 3–4 blocks are within 0.2 % of full
+_HORIZON_PIECES: Final = 48
+"""Pieces a law covers at least: some fifteen blocks with round edges; 3–4 blocks are within 0.2 % of full
 knowledge, and the cost of a solve grows with its length."""
 
 _RENEW_PIECES: Final = 8
