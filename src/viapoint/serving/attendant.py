@@ -169,9 +169,7 @@ class Attendant:
             here = (kernel.tick, kernel.state, kernel.dialogue.awaited)
             if here != self._stood.get(number) and not kernel.over:
                 self._stood[number] = here
-                standing: dict[str, Any] = {"robot": number, "tick": kernel.tick}
-                standing |= {"state": kernel.state.value, "line": kernel.line}
-                self._tell({"standing": standing | ({"for": here[2]} if here[2] else {})})
+                self._tell(_standing(session))
 
     def _tell(self, message: dict[str, Any]) -> None:
         """To everybody who wants to be told events."""
@@ -362,6 +360,16 @@ class Attendant:
         stride = max(1, round(1.0 / (hertz * self.robots.first.cell.tick))) if hertz else 0
         numbers = frozenset(session.cell.number for session in self.robots.meant(request))
         self._clients[client] = _Client(stride, request.values["events"], numbers)
+        if request.values["events"]:
+            self._tell_late(client)
+
+    def _tell_late(self, client: int) -> None:
+        """To one who wants to be told events from now on: who stands already."""
+        for session in self.robots.sessions:
+            kernel = session.kernel
+            here = (kernel.tick, kernel.state, kernel.dialogue.awaited)
+            if here == self._stood.get(session.cell.number):
+                self._hub.send(client, _line(_standing(session)))
 
     def _set_lockstep(self, client: int, on: bool, request: Request) -> None:
         if self._lockstep not in (None, client):
@@ -389,6 +397,15 @@ class Attendant:
             "tick": robots.tick,
             "started": self._started and robots.begun,
         }
+
+
+def _standing(session: Session) -> dict[str, Any]:
+    """That a robot stands until a client does something, and for what."""
+    kernel = session.kernel
+    standing: dict[str, Any] = {"robot": session.cell.number, "tick": kernel.tick}
+    standing |= {"state": kernel.state.value, "line": kernel.line}
+    awaited = kernel.dialogue.awaited
+    return {"standing": standing | ({"for": awaited} if awaited else {})}
 
 
 def _line(value: dict[str, Any]) -> bytes:

@@ -8,11 +8,12 @@ import socket
 import sys
 
 with socket.create_connection(("127.0.0.1", int(sys.argv[1])), 30) as connection:
-    stream = connection.makefile("rw", encoding="utf-8", newline="\n")
+    stream = connection.makefile("r", encoding="utf-8", newline="\n")
 
     def ask(**request):
-        stream.write(json.dumps(request) + "\n")
-        stream.flush()
+        connection.sendall(
+            json.dumps(request).encode() + b"\n"
+        )  # a text stream that is written forgets lines
 
     print(json.loads(stream.readline())["hello"]["program"])
     ask(id="s", do="subscribe", monitor_hz=10, events=True)

@@ -15,11 +15,12 @@ ANSWERS = {
 }
 
 with socket.create_connection(("127.0.0.1", int(sys.argv[1])), 30) as connection:
-    stream = connection.makefile("rw", encoding="utf-8", newline="\n")
+    stream = connection.makefile("r", encoding="utf-8", newline="\n")
 
     def ask(**request):
-        stream.write(json.dumps(request) + "\n")
-        stream.flush()
+        connection.sendall(
+            json.dumps(request).encode() + b"\n"
+        )  # a text stream that is written forgets lines
 
     hello = json.loads(stream.readline())["hello"]
     print([(each["robot"], each["name"], each["program"]) for each in hello["robots"]])
