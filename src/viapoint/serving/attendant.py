@@ -86,7 +86,7 @@ class Attendant:
         self._window = 1
         self._last: dict[int, Window] = {}  # by robot
         self._jogging: int | None = None  # the client that holds a jog
-        self._stood: dict[int, tuple[int, State, str]] = {}  # where time stood still last, by robot
+        self._stood: dict[int, dict[str, Any]] = {}  # what was told when time stood still last, by robot
 
     @property
     def robots(self) -> Robots:
@@ -165,11 +165,10 @@ class Attendant:
         if not self._started or not self._must_wait() or not self.robots.at_rest:
             return
         for session in self.robots.sessions:
-            kernel, number = session.kernel, session.cell.number
-            here = (kernel.tick, kernel.state, kernel.dialogue.awaited)
-            if here != self._stood.get(number) and not kernel.over:
+            number, here = session.cell.number, _standing(session)
+            if here != self._stood.get(number) and not session.kernel.over:
                 self._stood[number] = here
-                self._tell(_standing(session))
+                self._tell(here)
 
     def _tell(self, message: dict[str, Any]) -> None:
         """To everybody who wants to be told events."""
@@ -366,10 +365,9 @@ class Attendant:
     def _tell_late(self, client: int) -> None:
         """To one who wants to be told events from now on: who stands already."""
         for session in self.robots.sessions:
-            kernel = session.kernel
-            here = (kernel.tick, kernel.state, kernel.dialogue.awaited)
+            here = _standing(session)
             if here == self._stood.get(session.cell.number):
-                self._hub.send(client, _line(_standing(session)))
+                self._hub.send(client, _line(here))
 
     def _set_lockstep(self, client: int, on: bool, request: Request) -> None:
         if self._lockstep not in (None, client):

@@ -184,8 +184,8 @@ class CommandRun:
                 found.wrong.append(f"{name}: {ratio} of its limit")
 
     def _check_end(self, session: Session, plain: Session, found: Found) -> None:
-        done, all_of_it = _happened(session), _happened(plain)
-        if session.status is Status.STOPPED and any(choice == "stop" for _, choice in self.log):
+        done, all_of_it = self.happened(session), self.happened(plain)
+        if self.was_stopped(session):
             all_of_it = all_of_it[: len(done)]
         else:
             if session.status is not plain.status or str(session.failure) != str(plain.failure):
@@ -198,11 +198,14 @@ class CommandRun:
         if done != all_of_it:
             found.wrong.append("other events, or in another order")
 
+    def was_stopped(self, session: Session) -> bool:
+        """Whether a command has ended the run."""
+        return session.status is Status.STOPPED and any(choice == "stop" for _, choice in self.log)
 
-def _happened(session: Session) -> list[tuple[object, ...]]:
-    """Motions finished and outputs switched, in order."""
-    return [
-        (e.kind, e.line, e.data.get("signal"), e.data.get("value"))
-        for e in session.events
-        if e.kind in ("block", "output")
-    ]
+    def happened(self, session: Session) -> list[tuple[object, ...]]:
+        """Motions finished and outputs switched, in order."""
+        return [
+            (e.kind, e.line, e.data.get("signal"), e.data.get("value"))
+            for e in session.events
+            if e.kind in ("block", "output")
+        ]

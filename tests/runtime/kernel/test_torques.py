@@ -12,35 +12,9 @@ import viapoint as via
 from viapoint.runtime.records import Floats
 from viapoint.runtime.robots.dynamics import Dynamics, Load
 from viapoint.serving.monitor import monitors
+from weighed_arm import ARM, MASSES
 
-ROBOT = """
-name = "weighed"
-family = "anthropomorphic"
-[parameters_mm]
-a1z = 400
-a2x = 150
-a2z = 100
-a3z = 600
-a4x = 300
-a4z = 120
-a5x = 350
-a6x = 90
-[joints]
-sense = [1, 1, -1, 1, 1, -1]
-range_deg = [[-180, 180], [-120, 120], [-200, 200], [-350, 350], [-130, 130], [-350, 350]]
-speed_deg_s = [200, 200, 260, 360, 360, 450]
-[coupling]
-J4_J5 = 0.1
-"""
-MASSES = """
-[body]
-mass_kg = [30, 35, 20, 12, 6, 3, 0.5]
-com_mm = [[50, 10, 380], [160, -40, 800], [210, 20, 1190], [600, 5, 1210], [800, -3, 1222], [850, 2, 1218]]
-inertia_kg_m2 = [
-    [0.9, 0.8, 0.5, 0.02, -0.01, 0.03], [1.1, 1.2, 0.3, 0.0, 0.05, 0.0], [0.2, 0.25, 0.2, 0.01, 0.0, 0.0],
-    [0.04, 0.12, 0.11, 0, 0, 0], [0.01, 0.012, 0.011, 0, 0, 0], [0.0004, 0.0003, 0.0003, 0, 0, 0],
-]
-"""
+ROBOT = f"{ARM}[coupling]\nJ4_J5 = 0.1\n"
 AXES = np.array([[0, 0, 1], [0, 1, 0], [0, -1, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0.0]])
 POINTS = np.array(  # one of each axis, all joints at 0
     [[0, 0, 0], [0.15, 0, 0.5], [0.15, 0, 1.1], [0.15, 0, 1.22], [0.8, 0, 1.22], [0.8, 0, 1.22]]

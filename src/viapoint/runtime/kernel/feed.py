@@ -220,12 +220,9 @@ class Feed:
 
         The reserve of the limits stays free for what the belt may do else. Nothing is changed by asking.
         """
-        n, robot = self._cell.robot.joint_count, self._cell.robot
-        q = rows.columns[:, :n]
-        X = robot.fk(q)
-        X[:, :3, 3] += self.tracker.expected(first, len(q))[:, None] * self._along
         columns = rows.columns.copy()
-        columns[:, :n], reachable = robot.ik_branch(X, robot.configuration(q), q)
+        q = columns[:, : self._cell.robot.joint_count]
+        q[:], reachable = self._carried(q, self.tracker.expected(first, len(q)))
         kept, self._rows = self._rows, np.concatenate((self._past, columns))
         _, why = self._sendable(reachable, stand, free=self._cell.tracking_reserve)
         self._rows = kept
@@ -245,14 +242,18 @@ class Feed:
         if not tracker.active or count == 0:
             return q
         places = tracker.foreseen(first, count, stopping=stand.stopping, held=stand.held)
-        robot = self._cell.robot
-        X = robot.fk(q)
-        X[:, :3, 3] += places[:, None] * self._along
-        moved, reachable = robot.ik_branch(X, robot.configuration(q), q)
+        moved, reachable = self._carried(q, places)
         good = count if reachable.all() else int(np.argmin(reachable))
         if good == 0:
             return q
         return np.concatenate((moved[:good], np.tile(moved[good - 1], (count - good, 1))))
+
+    def _carried(self, q: Floats, places: Floats) -> tuple[Floats, Bools]:
+        """Joints q (N, n) of the path carried so far (N,) along the belt; which of them are reachable."""
+        robot = self._cell.robot
+        X = robot.fk(q)
+        X[:, :3, 3] += places[:, None] * self._along
+        return robot.ik_branch(X, robot.configuration(q), q)
 
     def resting(self, s: float, count: int) -> Rows:
         """So many rows of a path that stands at s."""

@@ -6,6 +6,7 @@ stands: whoever owns the kernel makes another one. Not here: how the robot is ke
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 
 import numpy as np
@@ -32,12 +33,14 @@ class Manual(Tracking):
     _jogged = 0.0  # m of the TCP's way of this jog that were sent
 
     @property
+    @abstractmethod
     def _now(self) -> Present:
-        raise NotImplementedError
+        """What holds in all ticks of a window."""
 
     @property
+    @abstractmethod
     def _told(self) -> Ints:
-        raise NotImplementedError
+        """(3,): the line the path is in, the line the interpreter has reached, entries in the buffer."""
 
     def jog(self, demand: Demand, ticks: int | None = None) -> str | None:
         """Move as demanded from the next tick on, for so many ticks, or until `let_go`.

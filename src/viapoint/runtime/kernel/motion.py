@@ -11,7 +11,7 @@ from __future__ import annotations
 import bisect
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
@@ -113,15 +113,8 @@ class Mover:
     @property
     def _bounds(self) -> AxisLimits:
         """The limits that laws keep: those of the axes in the slower time of a share."""
-        limits, share = self.limits, self.share
-        if share == 1.0:
-            return limits
-        return replace(
-            limits,
-            acceleration=limits.acceleration * share**2,
-            deceleration=limits.braking * share**2,
-            jerk=limits.jerk * share**3,
-        )
+        share = self.share
+        return self.limits if share == 1.0 else self.limits.scaled(share**2, share**3)
 
     @property
     def wanted(self) -> float:
@@ -163,13 +156,14 @@ class Mover:
             return law, np.abs(leg.derivatives(law.s)[0]).max(axis=0)
 
         law, rates = self._known.get((self.scale, _key(self._bounds), *leg.key), planned)
+        bounds = self._bounds
         step = 2.0 * rates * np.spacing(end) / self._tick
         felt = [
             float(np.max(step / limit)) * factor
             for limit, factor in (
-                (self._bounds.speed, 1.0),
-                (self._bounds.gentlest, 2.0 / self._tick),
-                (self._bounds.jerk, 4.0 / self._tick**2),
+                (bounds.speed, 1.0),
+                (bounds.gentlest, 2.0 / self._tick),
+                (bounds.jerk, 4.0 / self._tick**2),
             )
         ]
         return law if within(law.quality.peaks, felt) else None
@@ -230,12 +224,7 @@ class Mover:
 
     def _halted(self, tick: int, factor: float) -> Callable[[], TimeLaw | None]:
         """The present law brought to rest after `tick`, with so many times the deceleration and jerk."""
-        limits = replace(
-            self._bounds,
-            acceleration=self._bounds.acceleration * factor,
-            deceleration=self._bounds.braking * factor,
-            jerk=self._bounds.jerk * factor,
-        )
+        limits = self._bounds.scaled(factor, factor)
         law = self._moving
         curve = self._curve(law.s_end)
         bound, next_time = partial(self._speed_bound, curve), (tick + 1) * self._tick

@@ -293,11 +293,6 @@ class Planner:
         if write.index > self._io.counts[kind]:
             raise PlanningError("E314", f"the cell has no output {kind.value}{write.index}", write.line)
 
-    def _check_output(self, write: SetOutput | SetLevel | Pulse) -> None:
-        kind = SignalKind.ANALOG_OUTPUT if isinstance(write, SetLevel) else SignalKind.DIGITAL_OUTPUT
-        if write.index > self._io.counts[kind]:
-            raise PlanningError("E314", f"the cell has no output {kind.value}{write.index}", write.line)
-
     def _check_readings(self, call: SwitchOn) -> None:
         for reading in call.condition.readings:
             if not self._has(reading):

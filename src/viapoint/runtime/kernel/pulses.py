@@ -16,11 +16,6 @@ class Pulses:
         """The tick in which the first of them ends."""
         return min((tick for tick, _ in self._running.values()), default=None)
 
-    @property
-    def last_end(self) -> int | None:
-        """The tick in which none runs any more."""
-        return max((tick for tick, _ in self._running.values()), default=None)
-
     def start(self, pulse: Pulse, until: int) -> None:
         """The pulse begins, and ends in tick `until`."""
         self.cancel(pulse.index)

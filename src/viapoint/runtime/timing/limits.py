@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,6 +42,15 @@ class AxisLimits:
     def braking(self) -> Floats:
         """Acceleration limit (m,) against the motion of each axis."""
         return self.acceleration if self.deceleration is None else self.deceleration
+
+    def scaled(self, acceleration: float, jerk: float) -> AxisLimits:
+        """The same speeds, with accelerations and decelerations, and jerks, so many times as large."""
+        return replace(
+            self,
+            acceleration=self.acceleration * acceleration,
+            jerk=self.jerk * jerk,
+            deceleration=self.braking * acceleration,
+        )
 
     @property
     def gentlest(self) -> Floats:
