@@ -231,3 +231,35 @@ def test_commands_before_the_run_are_heeded_when_it_begins(command: str) -> None
     session.reset()
     session.resume()
     assert (session.finish() is Status.FINISHED) is (command != "stop")
+
+
+START = "MJ X=1500 Y=0 Z=1800 A=0 B=90 C=0 F60\n"
+ANSWERED = {
+    "interrupt": "ON DI2 SUB H\nML Y=100 F200\nSET DO1\nML Y=-300\nEND\nH:\nML Z=1850\nEND\n",
+    "search": "ML Y=100 F200 R20\nSET DO1\nML Y=-300 UNTIL DI2\nSET DO2\n",
+    "wait": "SET DO1\nWAIT DI2\nSET DO2\n",
+}
+
+
+@pytest.mark.parametrize("what", ANSWERED)
+def test_a_listener_answers_in_the_next_tick_whatever_the_window(what: str) -> None:
+    class Answering:
+        session: Session
+
+        def window(self, window: Window) -> None:
+            pass
+
+        def event(self, event: Event) -> None:
+            if event.data.get("signal") == "DO1":
+                self.session.set_input("DI2", True)
+
+    told = []
+    for window in (1, 1024):
+        answering = Answering()
+        answering.session = each = session(START + ANSWERED[what], None, window=window, listeners=[answering])
+        assert each.finish() is Status.FINISHED
+        told.append([(e.tick, e.kind, e.line, e.data.get("value")) for e in each.events])
+        asked = next(e.tick for e in each.events if e.data.get("signal") == "DO1")
+        seen = next(e.tick for e in each.events if e.data.get("signal") == "DI2" and e.data["value"])
+        assert seen == asked + 1
+    assert told[0] == told[1]
