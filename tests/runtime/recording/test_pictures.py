@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from viapoint.runtime.pictures import PictureError, draw_run
+from viapoint.runtime.pictures.spans import spans_of
 from viapoint.runtime.recording import PRISMATIC
+from viapoint.runtime.records import Event
 
 
 def test_png_is_written_and_repeats(run, tmp_path: Path) -> None:
@@ -52,3 +54,13 @@ def test_nothing_to_draw(make_run, tmp_path: Path) -> None:
 def test_unknown_format(run, tmp_path: Path) -> None:
     with pytest.raises(PictureError, match="cannot write"):
         draw_run(run.info, run.window, (), tmp_path / "x.gcode")
+
+
+def test_an_interrupted_motion_is_shown_before_and_behind_what_interrupted_it() -> None:
+    def block(line: int, start: float, end: float) -> Event:
+        data = {"t_end": end, "command": "ML"}
+        return Event(tick=round(start * 1000), t=start, line=line, kind="block", data=data)
+
+    spans = spans_of([block(1, 0.0, 1.0), block(2, 1.0, 4.0), block(8, 2.0, 2.5), block(9, 2.5, 3.0)])
+    told = [(span.line, span.start, span.end) for span in spans]
+    assert told == [(1, 0.0, 1.0), (2, 1.0, 2.0), (8, 2.0, 2.5), (9, 2.5, 3.0), (2, 3.0, 4.0)]

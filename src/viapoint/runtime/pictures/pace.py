@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from viapoint.language.units import DEG, MM
+from viapoint.runtime.pictures.spans import spans_of
 from viapoint.runtime.pictures.style import DASHED, FAINT, INK, LIMIT, SHADE, colour, envelope
 from viapoint.runtime.recording.info import RunInfo
 from viapoint.runtime.records import Event, EventValue, Floats, Ints, Window
@@ -54,7 +55,7 @@ class Pace:
     def of(cls, info: RunInfo, trace: Window, events: Sequence[Event]) -> Pace:
         """From the ticks and events of a run."""
         paces = [event for event in events if event.kind == "pace"]
-        blocks = [event for event in events if event.kind == "block"]
+        spans = spans_of(events)
         names = _names(info, paces)
         limiter = np.full(len(trace), names.index(NOTHING), dtype=np.int64)
         programmed = np.full(len(trace), np.nan)
@@ -65,7 +66,6 @@ class Pace:
             for name, start, end in _spans(pace):
                 limiter[_rows(trace, start, end)] = names.index(name)
             programmed[rows] = _asked(pace, trace.speed[rows], turning[rows], length[rows])
-        ends = [_seconds(block.data, "t_end") for block in blocks]
         return cls(
             s=trace.s / MM,
             speed=trace.speed / MM,
@@ -73,8 +73,8 @@ class Pace:
             axes=_axes_bound(info, trace, joints) / MM,
             limiter=limiter,
             names=names,
-            ends=tuple(float(np.interp(end, trace.time, trace.s)) / MM for end in ends),
-            lines=tuple(block.line for block in blocks),
+            ends=tuple(float(np.interp(span.end, trace.time, trace.s)) / MM for span in spans),
+            lines=tuple(span.line for span in spans),
         )
 
 

@@ -6,7 +6,6 @@ Everything shown comes from the ticks and events.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from viapoint.language.units import MM
 from viapoint.runtime.pictures.pace import Pace, draw_pace
+from viapoint.runtime.pictures.spans import spans_of
 from viapoint.runtime.pictures.style import (
     COLOURS,
     FAINT,
@@ -43,16 +43,6 @@ NEAR_LIMIT = 0.15  # share of the plotted span by which it may grow to show a po
 
 class PictureError(Exception):
     """The picture cannot be drawn or written; the message is for the user."""
-
-
-@dataclass(frozen=True, slots=True)
-class Span:
-    """One motion statement in time, s."""
-
-    start: float
-    end: float
-    line: int
-    command: str
 
 
 def draw_run(info: RunInfo, trace: Window, events: Sequence[Event], out: Path, *, title: str = "") -> None:
@@ -92,11 +82,7 @@ class _Sheet:
         self.time = trace.time
         self.tick = info.tick_s
         self.end = float(trace.time[-1])
-        self.spans = [
-            Span(e.t, float(e.data["t_end"] or e.t), e.line, str(e.data["command"]))
-            for e in events
-            if e.kind == "block"
-        ]
+        self.spans = spans_of(events)
         self.events = events
         self.speed: Floats = np.zeros_like(trace.joints)
         self.speed[1:] = np.diff(trace.joints, axis=0) / self.tick
@@ -146,7 +132,7 @@ class _Sheet:
             self.info.robot,
             f"{self.end:.3f} s",
             f"{length:,.1f} mm path",
-            f"{len(self.spans)} motions",
+            f"{sum(event.kind == 'block' for event in self.events)} motions",
             f"{len(self.trace) - 1:,} ticks of {self.tick * 1000:g} ms",
         ]
         text = "   ·   ".join(fact for fact in facts if fact)
