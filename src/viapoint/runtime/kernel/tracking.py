@@ -195,6 +195,8 @@ class Tracking(Company):
             return
         if mover.law is None or mover.direction < 0.0:
             return
+        if self.outlet.feed.filters and not setting_out:
+            return  # what was sent lags behind the path: beside it every path looks too fast for the joints
         seconds = _LOOKED_AT_REST if setting_out else _LOOKED_AHEAD
         share, clear = mover.share, partial(self._clear, seconds)
         if clear():
