@@ -4,6 +4,10 @@ Per program, with the compiled core and with its numpy twin, with and without a 
 (by wall clock and by CPU time), ticks per second, CPU milliseconds of planning per block (median, p99,
 worst) and the longest single call of the planner or of the time law. The best of some runs counts.
 
+The first line says how fast the machine is; figures of two machines compare by it. The contours and the
+pick-and-place are judged as programs are run. The short lines have no goal but that of planning: a block of
+13 ms that takes 1 ms to plan cannot be simulated 200 times faster than it lasts.
+
     python benchmarks/simulation.py [--quick] [--rounds N]
 """
 
@@ -12,6 +16,7 @@ from __future__ import annotations
 import argparse
 import random
 import tempfile
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,7 +31,10 @@ from viapoint.session import Listener, Loaded, Session, compile_file, compile_te
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 GOALS = {"contour": 200.0, "pick_and_place": 500.0}
-"""Times real time to reach with the compiled core, recording."""
+"""Times real time to reach with the compiled core, recording; the twin has another."""
+
+SECONDS = 3.0
+"""Runs are repeated for so long at least: the short ones more often, as they are disturbed more easily."""
 
 TWIN_GOAL = 25.0
 MEDIAN_GOAL, P99_GOAL = 1.0, 5.0
@@ -91,11 +99,15 @@ def recorder(job: Job, path: Path) -> Recorder:
     return Recorder(path, info, skeleton=robot.link_points)
 
 
-def measure(job: Job, core_name: str, recorded: bool, rounds: int) -> probe.Cost:
-    """The quickest of some runs."""
+def measure(job: Job, core_name: str, recorded: bool, rounds: int, seconds: float = 0.0) -> probe.Cost:
+    """The quickest of so many runs, and of as many more as begin within so many seconds."""
     core.asked = core_name
+    end = time.perf_counter() + seconds
     try:
-        return min((_once(job, recorded) for _ in range(rounds)), key=lambda cost: cost.wall)
+        runs = [_once(job, recorded) for _ in range(rounds)]
+        while time.perf_counter() < end:
+            runs.append(_once(job, recorded))
+        return min(runs, key=lambda cost: cost.wall)
     finally:
         core.asked = "auto"
 
@@ -140,12 +152,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     jobs = [example("contour"), example("pick_and_place"), dense(400 if chosen.quick else 2000)]
     names = ("python",) if core.built("timing._core") is None else ("compiled", "python")
     _once(jobs[1], recorded=True)  # imports and first use are not what is measured
+    print(probe.machine(), end="\n\n")
     print(HEAD)
     verdicts = []
     for job in jobs:
         for name in names:
             for recorded in (True, False):
-                cost = measure(job, name, recorded, rounds if name == "compiled" else 1)
+                compiled = name == "compiled"
+                cost = measure(job, name, recorded, rounds if compiled else 1, SECONDS if compiled else 0.0)
                 print(row(job, name, recorded, cost), flush=True)
                 if recorded:
                     verdicts += _judge(job, name, cost)
@@ -155,11 +169,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _judge(job: Job, core_name: str, cost: probe.Cost) -> list[str]:
     compiled = core_name == "compiled"
-    wanted = GOALS.get(job.name, GOALS["contour"]) if compiled else TWIN_GOAL
-    rows = [
-        (f"times real time >= {wanted:g}", cost.times_real / wanted),
-        (f"  by CPU time >= {wanted:g}", cost.times_real_cpu / wanted),
-    ]
+    rows = []
+    if job.name in GOALS:
+        wanted = GOALS[job.name] if compiled else TWIN_GOAL
+        rows.append((f"times real time >= {wanted:g}", cost.times_real / wanted))
+        rows.append((f"  by CPU time >= {wanted:g}", cost.times_real_cpu / wanted))
     if compiled:
         rows.append((f"planning per block, median <= {MEDIAN_GOAL:g} ms", _share(cost, 0.5, MEDIAN_GOAL)))
         rows.append((f"planning per block, p99 <= {P99_GOAL:g} ms", _share(cost, 0.99, P99_GOAL)))
