@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from viapoint.runtime.cell import Cell
+from viapoint.runtime.cell import Tool
 from viapoint.runtime.records import Floats, Ints
 from viapoint.runtime.robots import Robot
 from viapoint.runtime.workspace.chain import Chain, chain_of, wire_frame
@@ -59,9 +59,8 @@ class Body:
         return wire_frame(self.robot, self.tool_point, joints)
 
 
-def body_of(cell: Cell, tool: int) -> Body:
-    """The robot of a cell with a tool: its capsule, or else a line from the flange to the TCP."""
-    robot, held = cell.robot, cell.tools[tool]
+def body_of(robot: Robot, held: Tool) -> Body:
+    """A robot with a tool: its capsule, or else a line from the flange to the TCP."""
     tip, thickness = held.X_flange_tool[:3, 3], 0.0
     if held.capsule is not None:
         tip, thickness = held.capsule.to, held.capsule.radius

@@ -80,7 +80,7 @@ class Encounters:
     def _body(self, robot: int, tool: int) -> Body:
         key = robot, tool
         if key not in self._bodies:
-            self._bodies[key] = body_of(self._cells[robot], tool)
+            self._bodies[key] = body_of(self._cells[robot].robot, self._cells[robot].tools[tool])
         return self._bodies[key]
 
     def _travel(self, robot: int, body: Body, axes: Floats) -> Floats:

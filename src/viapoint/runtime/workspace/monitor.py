@@ -9,13 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum, unique
 from typing import Any, Final, assert_never
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from viapoint.language.units import DEG, MM
 from viapoint.runtime import core
 from viapoint.runtime.cell import Cell, Tool
+from viapoint.runtime.memo import Memo
 from viapoint.runtime.records import Floats
 from viapoint.runtime.workspace.body import Body, body_of
 from viapoint.runtime.workspace.boxes import Union, boxes_of
@@ -89,8 +89,8 @@ class _Term:
     other: str
 
 
-_BODIES: Final[WeakKeyDictionary[Cell, dict[Tool, Body]]] = WeakKeyDictionary()
-"""The bodies of cells, with each of their tools: every planner of a cell has a monitor of its own."""
+_BODIES: Final[Memo[Body]] = Memo()
+"""Robots with tools: every planner has a monitor of its own, and every session its planners."""
 
 
 class Monitor:
@@ -102,7 +102,7 @@ class Monitor:
         self._safe = Union(boxes_of(cell, "safe"))
         self._exclusive = boxes_of(cell, "exclusive")
         self._cone = cell.orientation_cone
-        self._bodies = _BODIES.setdefault(cell, {})
+        self._bodies: dict[Tool, Body] = {}
         self._scales: dict[int, Floats] = {}
         self._terms: dict[int, tuple[_Term, ...]] = {}
         self._rules: dict[int, Any] = {}
@@ -112,9 +112,9 @@ class Monitor:
 
     def body(self, tool: int) -> Body:
         """The robot's capsules with a tool of the cell."""
-        held = self._cell.tools[tool]
+        robot, held = self._cell.robot, self._cell.tools[tool]
         if held not in self._bodies:
-            self._bodies[held] = body_of(self._cell, tool)
+            self._bodies[held] = _BODIES.get((robot, held), lambda: body_of(robot, held))
         return self._bodies[held]
 
     def pace(self, tool: int) -> Floats:
@@ -192,11 +192,12 @@ class Monitor:
     def rules(self, tool: int) -> Any | None:
         """The rules as the compiled core wants them; None where it is not in use, or cannot be."""
         module = core.chosen("workspace._core")
-        if module is None or self.body(tool).chain is None:
+        if module is None:
             return None
         if tool not in self._rules:
             body, cone = self.body(tool), None
-            assert body.chain is not None, "it was asked for"
+            if body.chain is None:
+                return None
             if self._cone is not None:
                 pointing = body.chain.R_base_flange @ self._cell.tools[tool].X_flange_tool[:3, 0]
                 cone = self._cone.axis, pointing, self._cone.half_angle
