@@ -93,12 +93,12 @@ class Interrupts:
     @property
     def due(self) -> bool:
         """Whether one is to run."""
-        return any(each.due for each in self)
+        return bool(self._left or self._watched) and any(each.due for each in self)
 
     @property
     def stopping(self) -> bool:
         """Whether the robot stops for one."""
-        return any(each.stopping for each in self)
+        return bool(self._left or self._watched) and any(each.stopping for each in self)
 
     def stop_for_them(self) -> None:
         """The robot stops for those that are due."""
