@@ -7,8 +7,13 @@ from libc.math cimport INFINITY, fabs, isfinite
 
 from viapoint.runtime.kernel import chebyshev as _twin
 
+cdef extern from "_columns.h" nogil:
+    enum: NODES
+    void polynomials(double, double *)
+    void sums(const double *, const double *, Py_ssize_t, Py_ssize_t, double *)
+    void evaluated(Py_ssize_t, const double *, const long *, const double *, Py_ssize_t, Py_ssize_t, double *)
+
 cdef enum:
-    NODES = 12
     ORDERS = 4
 
 cdef double ROUNDING = _twin.ROUNDING
@@ -92,8 +97,7 @@ def evaluate(
     Py_ssize_t last,
 ):
     """Derivatives of the asked orders at s (N,), of the columns from `first` to before `last`."""
-    cdef Py_ssize_t row, count = s.shape[0], axes = table.shape[3], cell = 0, k
-    cdef double basis[NODES]
+    cdef Py_ssize_t row, count = s.shape[0], axes = table.shape[3], cell = 0
     cdef double x
     cdef int order
     results = []
@@ -104,42 +108,14 @@ def evaluate(
         cell = _cell(starts, s[row], cell)
         cells[row] = cell
         x = min(max(2.0 * (s[row] - starts[cell]) / widths[cell] - 1.0, -1.0), 1.0)
-        bases[row, 0], bases[row, 1] = 1.0, x
-        for k in range(2, NODES):
-            bases[row, k] = 2.0 * x * bases[row, k - 1] - bases[row, k - 2]
+        polynomials(x, &bases[row, 0])
     for order in orders:
         result = np.empty((count, last - first))
         values = result
-        for row in range(count):
-            _sums(&bases[row, 0], &table[cells[row], order, 0, first], axes, last - first, &values[row, 0])
+        if count > 0 and last > first:
+            evaluated(count, &bases[0, 0], &cells[0], &table[0, order, 0, first], axes, last - first, &values[0, 0])
         results.append(result)
     return results
-
-
-cdef inline void _sums(
-    const double *basis, const double *coeffs, Py_ssize_t axes, Py_ssize_t columns, double *values
-) noexcept nogil:
-    """Polynomials times the coefficients (D+1, axes) of so many columns; four at a time, in registers."""
-    cdef Py_ssize_t k, j = 0
-    cdef double a, b, c, d
-    cdef const double *row
-    while j + 4 <= columns:
-        row = coeffs + j
-        a, b, c, d = row[0], row[1], row[2], row[3]
-        for k in range(1, NODES):
-            row += axes
-            a += basis[k] * row[0]
-            b += basis[k] * row[1]
-            c += basis[k] * row[2]
-            d += basis[k] * row[3]
-        values[j], values[j + 1], values[j + 2], values[j + 3] = a, b, c, d
-        j += 4
-    while j < columns:
-        a = coeffs[j]
-        for k in range(1, NODES):
-            a += basis[k] * coeffs[k * axes + j]
-        values[j] = a
-        j += 1
 
 
 cdef inline Py_ssize_t _cell(const double[::1] starts, double s, Py_ssize_t near) noexcept nogil:
@@ -167,7 +143,7 @@ def rate_bounds(
     double still,
 ):
     """As `speeds.rate_bounds`."""
-    cdef Py_ssize_t row, axes = table.shape[3], cell = 0, piece = 0, k
+    cdef Py_ssize_t row, axes = table.shape[3], cell = 0, piece = 0
     cdef double basis[NODES]
     cdef double rates[2]
     cdef const double *rule
@@ -177,10 +153,8 @@ def rate_bounds(
     for row in range(s.shape[0]):
         cell, piece = _cell(starts, s[row], cell), _cell(begins, s[row], piece)
         x = min(max(2.0 * (s[row] - starts[cell]) / widths[cell] - 1.0, -1.0), 1.0)
-        basis[0], basis[1] = 1.0, x
-        for k in range(2, NODES):
-            basis[k] = 2.0 * x * basis[k - 1] - basis[k - 2]
-        _sums(basis, &table[cell, 1, 0, axes - 2], axes, 2, rates)
+        polynomials(x, basis)
+        sums(basis, &table[cell, 1, 0, axes - 2], axes, 2, rates)
         rule = &rules[piece, 0]
         bound = min(_slowest(rule + 1, rates[0], rates[1], still), rule[0])
         if not isfinite(bound):

@@ -7,7 +7,7 @@ here that the twin does not decide the same way.
 
 import numpy as np
 
-from libc.math cimport fabs, sqrt
+from libc.math cimport sqrt
 
 from viapoint.runtime.timing import solver as _twin
 
@@ -29,6 +29,7 @@ cdef extern from "_loops.h" nogil:
     void back2(int, In, In, In, Out, Out)
     void back3(int, In, In, In, In, In, In, Out, Out, Out)
     int factor(int, Out, Out, Out)
+    void differences(int, double, double, double, double, In, Out, Out, Out)
     void substitute(int, In, In, In, Out)
     double lowest(int, In, double)
     double highest(int, In, double)
@@ -350,31 +351,19 @@ def improve(p, c, state, double tolerance, int most):
     return np.asarray(work.c)
 
 
-def ratios(double[:, ::1] q, limits, double tick):
+def ratios(double[:, :] q, limits, double tick):
     """As `ticks.ratios`: largest ratios over the axes (speed, acceleration, jerk), as arrays."""
     cdef int n = q.shape[0], m = q.shape[1], i, j
     cdef double[::1] speed = np.zeros(max(n - 1, 0)), accel = np.zeros(max(n - 2, 0)), jerk = np.zeros(max(n - 3, 0))
     cdef double[::1] by_v = 1.0 / (limits.speed * tick), by_j = 1.0 / (limits.jerk * (tick * tick * tick))
     cdef double[::1] by_a = 1.0 / (limits.acceleration * (tick * tick)), by_d = 1.0 / (limits.braking * (tick * tick))
-    cdef double d1, d1a, d1b, d2, d2a, scale
-    for i in range(n - 1):
-        for j in range(m):
-            d1 = q[i + 1, j] - q[i, j]
-            speed[i] = max(speed[i], fabs(d1) * by_v[j])
-            if i < 1:
-                continue
-            d1a = q[i, j] - q[i - 1, j]
-            d2 = d1 - d1a
-            if d1a * d1 < 0.0:
-                scale = min(by_a[j], by_d[j])
-            else:
-                scale = by_a[j] if fabs(d1) >= fabs(d1a) else by_d[j]
-            accel[i - 1] = max(accel[i - 1], fabs(d2) * scale)
-            if i < 2:
-                continue
-            d1b = q[i - 1, j] - q[i - 2, j]
-            d2a = d1a - d1b
-            jerk[i - 2] = max(jerk[i - 2], fabs(d2 - d2a) * by_j[j])
+    cdef double[::1] axis = np.empty(n + 1)
+    cdef double none = 0.0
+    for j in range(m):
+        for i in range(n):
+            axis[i] = q[i, j]
+        differences(n, by_v[j], by_a[j], by_d[j], by_j[j], &axis[0], &speed[0] if n > 1 else &none,
+                    &accel[0] if n > 2 else &none, &jerk[0] if n > 3 else &none)
     return np.asarray(speed), np.asarray(accel), np.asarray(jerk)
 
 

@@ -7,6 +7,8 @@
 #ifndef VIAPOINT_LOOPS_H
 #define VIAPOINT_LOOPS_H
 
+#include <math.h>
+
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
 #else
@@ -171,6 +173,28 @@ WIDE static void back3(int n, const double *restrict jm, const double *restrict 
         own[i] += force[i] * j0[i] - g[i] * total[i];
         behind[i] += force[i] * jp[i];
         before[i] += force[i] * jm[i];
+    }
+}
+
+/* Differences of one axis y (n,) at ticks over its limits, raising speed (n-1,), acceleration (n-2,), jerk (n-3,). */
+WIDE static void differences(int n, double by_v, double by_a, double by_d, double by_j, const double *restrict y,
+                        double *restrict speed, double *restrict acceleration, double *restrict jerk) {
+    double milder = LOWER(by_d, by_a);
+    for (int i = 0; i < n - 1; i++) {
+        double ratio = fabs(y[i + 1] - y[i]) * by_v;
+        speed[i] = HIGHER(ratio, speed[i]);
+    }
+    for (int i = 0; i < n - 2; i++) {
+        double before = y[i + 1] - y[i], after = y[i + 2] - y[i + 1];
+        double along = fabs(after) >= fabs(before) ? by_a : by_d;
+        double scale = before * after < 0.0 ? milder : along;
+        double ratio = fabs(after - before) * scale;
+        acceleration[i] = HIGHER(ratio, acceleration[i]);
+    }
+    for (int i = 0; i < n - 3; i++) {
+        double first = y[i + 1] - y[i], second = y[i + 2] - y[i + 1], third = y[i + 3] - y[i + 2];
+        double ratio = fabs((third - second) - (second - first)) * by_j;
+        jerk[i] = HIGHER(ratio, jerk[i]);
     }
 }
 

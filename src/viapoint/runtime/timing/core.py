@@ -8,8 +8,6 @@ from functools import cache
 from types import ModuleType
 from typing import Final
 
-import numpy as np
-
 from viapoint.runtime import core
 from viapoint.runtime.records import Floats
 from viapoint.runtime.timing import law, programmed, rooms, rows, selection, solver, spline, ticks, tighten
@@ -83,7 +81,7 @@ def _compiled(solving: ModuleType, rowing: ModuleType, lawing: ModuleType) -> Nu
         fresh=lawing.fresh,
         lift=lawing.lift,
         positions=solving.positions,
-        ratios=_contiguous(solving.ratios),
+        ratios=solving.ratios,
         touched=lawing.touched,
         trace=lawing.trace,
         hermite=lawing.hermite,
@@ -97,9 +95,3 @@ def _compiled(solving: ModuleType, rowing: ModuleType, lawing: ModuleType) -> Nu
         room=rowing.room,
         ceilings=lawing.ceilings,
     )
-
-
-def _contiguous(
-    ratios: Callable[[Floats, AxisLimits, float], tuple[Floats, Floats, Floats]],
-) -> Callable[[Floats, AxisLimits, float], tuple[Floats, Floats, Floats]]:
-    return lambda q, limits, tick: ratios(np.ascontiguousarray(q), limits, tick)
