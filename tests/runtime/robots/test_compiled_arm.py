@@ -7,6 +7,7 @@ import pytest
 
 from both_cores import by_both
 from viapoint.runtime.robots import load_robot, robot_names
+from viapoint.runtime.rotations import abc_to_matrix, make_pose, quaternion_to_matrix
 
 SAME = 1e-12
 """rad and m: some roundings near a stretched arm."""
@@ -30,6 +31,27 @@ def test_forward(name: str) -> None:
         one = by_both(lambda compute=compute: compute(q[3]), "robots._spherical")[1]
         assert one.shape == twin.shape[1:]
         assert np.array_equal(one, compiled[3])
+
+
+@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("turns", [0, 3, 10**9])
+def test_tool_centre(name: str, turns: int) -> None:
+    arm, columns = load_robot(name).kinematics, np.zeros((60, 9))
+    columns[:, :6] = joints(3) + turns * 2.0 * np.pi
+    columns[-1, :6] = 0.0
+    tool = make_pose([0.1, -0.2, 0.3], abc_to_matrix([np.pi, 0.0, 0.0]))
+    rows = columns[:, :6]  # as in a window of ticks, among other columns
+    twin, compiled = by_both(lambda: arm.tcp(rows, tool), "robots._spherical")
+    for ours, theirs in zip(twin, compiled, strict=True):
+        assert np.abs(ours - theirs).max() <= SAME * (1.0 + turns)
+    X = arm.fk(rows) @ tool
+    assert np.abs(X[:, :3, 3] - compiled[0]).max() <= SAME * (1.0 + turns)
+    assert np.abs(X[:, :3, :3] - quaternion_to_matrix(compiled[1])).max() <= SAME * (1.0 + turns)
+    alone = by_both(lambda: arm.tcp(rows[::-1][20:21], tool), "robots._spherical")[1]
+    assert np.array_equal(alone[0][0], compiled[0][39])
+    assert np.array_equal(alone[1][0], compiled[1][39])
+    none = by_both(lambda: arm.tcp(rows[:0], tool), "robots._spherical")
+    assert [each.shape for both in none for each in both] == [(0, 3), (0, 4)] * 2
 
 
 @pytest.mark.parametrize("name", robot_names())

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Compiled core of what is measured in every tick. Twins: `peaks.feed`, `telemetry.held`. Same steps."""
+"""Compiled core of what is measured in every tick. The twin is `peaks.feed`. Same steps."""
 
 import numpy as np
 
@@ -28,19 +28,3 @@ def feed(double[:, ::1] tail, const double[:, :] rows, double tick, double[:, ::
         for row in range(max(0, count - 3), count):
             tail[3 - count + row, k] = rows[row, k]
 
-
-def held(const double[:, :, ::1] X, const double[:, ::1] tool):
-    """As `telemetry.held`."""
-    cdef Py_ssize_t row, count = X.shape[0]
-    cdef int i, j
-    positions, rotations = np.empty((count, 3)), np.empty((count, 3, 3))
-    cdef double[:, ::1] p = positions
-    cdef double[:, :, ::1] R = rotations
-    for row in range(count):
-        for i in range(3):
-            for j in range(3):
-                R[row, i, j] = X[row, i, 0] * tool[0, j] + X[row, i, 1] * tool[1, j] + X[row, i, 2] * tool[2, j]
-            p[row, i] = X[row, i, 3] + (
-                X[row, i, 0] * tool[0, 3] + X[row, i, 1] * tool[1, 3] + X[row, i, 2] * tool[2, 3]
-            )
-    return positions, rotations

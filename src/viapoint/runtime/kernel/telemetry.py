@@ -7,13 +7,11 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from viapoint.runtime import core
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.peaks import PeakMeter
 from viapoint.runtime.kernel.torques import TorqueMeter
 from viapoint.runtime.records import Floats, Ints, Window
-from viapoint.runtime.rotations import matrix_to_quaternion
 
 _ARRAYS: Final = tuple(name for name in Window.__dataclass_fields__ if name not in ("first_tick", "time"))
 
@@ -100,7 +98,7 @@ class Telemetry:
         """The same, after a tick with so much TCP length behind it."""
         n, count, length = self._n, len(columns), columns[:, -2]
         joints = columns[:, :n]
-        position, quaternion = self._tcp(joints, status.tool)
+        position, quaternion = self._cell.robot.tcp(joints, self._cell.tools[status.tool].X_flange_tool)
         return Window(
             first_tick=first,
             time=self._times(first, count),
@@ -122,13 +120,6 @@ class Telemetry:
     def _times(self, first: int, count: int) -> Floats:
         return np.arange(first, first + count, dtype=np.float64) * self._cell.tick
 
-    def _tcp(self, joints: Floats, tool: int) -> tuple[Floats, Floats]:
-        """Position (N, 3) and quaternion (N, 4) at joints (N, n)."""
-        X, carried = self._cell.robot.fk(joints), self._cell.tools[tool].X_flange_tool
-        module = core.chosen("kernel._ticks")
-        found: tuple[Floats, Floats] = (held if module is None else module.held)(X, carried)
-        return found[0], matrix_to_quaternion(found[1])
-
 
 def _steps(x: Floats, before: float) -> Floats:
     """(N,) from one to the next; as numpy's `diff` with a value before them, in a third of the time."""
@@ -141,9 +132,3 @@ def _steps(x: Floats, before: float) -> Floats:
 def _repeated(row: npt.NDArray[Any], count: int) -> npt.NDArray[Any]:
     """One row (1, ...) seen `count` times; as numpy's `broadcast_to`, which takes five times as long."""
     return np.ndarray((count, *row.shape[1:]), row.dtype, row, 0, (0, *row.strides[1:]))
-
-
-def held(X_base_flange: Floats, X_flange_tool: Floats) -> tuple[Floats, Floats]:
-    """Positions (N, 3) and rotations (N, 3, 3) of a tool on flanges (N, 4, 4)."""
-    R = X_base_flange[:, :3, :3]
-    return X_base_flange[:, :3, 3] + R @ X_flange_tool[:3, 3], R @ X_flange_tool[:3, :3]

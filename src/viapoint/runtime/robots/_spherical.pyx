@@ -8,12 +8,19 @@ import numpy as np
 
 from libc.math cimport atan2, cos, fabs, hypot, sin, sqrt
 
+from viapoint.runtime import rotations as _rotations
 from viapoint.runtime.robots import anthropomorphic as _twin
+
+cdef extern from "_tcp.h" nogil:
+    void tool_centre(
+        const double *, const double *, const double *, long, long, double, double *, double *
+    )
 
 cdef double WRIST_SINGULAR = _twin.WRIST_SINGULAR
 cdef double SHOULDER_SINGULAR = _twin.SHOULDER_SINGULAR
 cdef double REACH_TOLERANCE = _twin.REACH_TOLERANCE
 cdef double SAME_ELBOW = _twin.SAME_ELBOW
+cdef double HALF_TURN = _rotations.HALF_TURN
 
 cdef struct Arm:
     double height, a2x, a3z, along, a4z, a6x, forearm, bend
@@ -102,6 +109,30 @@ def fk(const double[::1] packed, const double[:, ::1] q):
         at = _angles(&arm, &q[row, 0])
         _pose(&arm, &at, &X[row, 0, 0])
     return result
+
+
+def tcp(const double[::1] packed, const double[:, :] q, const double[:, ::1] tool):
+    """Joints (N, 6) to TCP positions (N, 3) and quaternions (N, 4), of a tool (4, 4) on the flange."""
+    cdef Arm arm = _arm(packed)
+    cdef double hand[12]
+    cdef int i, j, k
+    cdef double[:, ::1] p
+    cdef double[:, ::1] turned
+    if q.strides[1] != sizeof(double):
+        q = np.ascontiguousarray(q)
+    position, quaternion = np.empty((q.shape[0], 3)), np.empty((q.shape[0], 4))
+    p, turned = position, quaternion
+    for i in range(3):
+        for j in range(4):
+            hand[4 * i + j] = 0.0
+            for k in range(3):
+                hand[4 * i + j] += arm.flange[3 * i + k] * tool[k, j]
+    hand[3] += arm.a6x
+    if q.shape[0]:
+        tool_centre(
+            &packed[0], hand, &q[0, 0], q.shape[0], q.strides[0] // sizeof(double), HALF_TURN, &p[0, 0], &turned[0, 0]
+        )
+    return position, quaternion
 
 
 def link_points(const double[::1] packed, const double[:, ::1] q):

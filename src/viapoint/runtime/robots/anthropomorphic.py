@@ -13,7 +13,7 @@ import numpy as np
 
 from viapoint.runtime.core import chosen
 from viapoint.runtime.robots.model import TURN, Bools, Complexes, Floats, IkSolutions, Ints, SingularityReport
-from viapoint.runtime.rotations import make_pose
+from viapoint.runtime.rotations import make_pose, matrix_to_quaternion
 
 CONFIGURATIONS = tuple(
     (shoulder, elbow, wrist)
@@ -105,6 +105,15 @@ class SphericalWristArm:
         R[..., 2, :] = c23[..., None] * wrist[..., 2, :] - s23[..., None] * wrist[..., 0, :]
         flange = self._wrist_point(c, s, c23, s23) + self.a6x * R[..., :, 0]
         return make_pose(flange, R @ self.R_flange)
+
+    def tcp(self, q: Floats, X_flange_tool: Floats) -> tuple[Floats, Floats]:
+        """(N, 6), a tool (4, 4) → positions (N, 3) and quaternions (N, 4) of its TCP."""
+        if (core := chosen(_CORE)) is not None:
+            found: tuple[Floats, Floats] = core.tcp(self.packed, q, X_flange_tool)
+            return found
+        X = self.fk(q)
+        R = X[:, :3, :3]
+        return X[:, :3, 3] + R @ X_flange_tool[:3, 3], matrix_to_quaternion(R @ X_flange_tool[:3, :3])
 
     def jacobian(self, q: Floats) -> Floats:
         """(..., 6) → (..., 6, 6): for each joint its axis × (flange − a point of the axis), and its axis."""
