@@ -23,11 +23,19 @@ class Memo(Generic[V]):
 
     def get(self, key: Hashable, compute: Callable[[], V]) -> V:
         """The result remembered for `key`, or that of `compute`; what raises is not remembered."""
+        result = self.find(key)
+        return self.keep(key, compute()) if result is None else result
+
+    def find(self, key: Hashable) -> V | None:
+        """The result remembered for `key`, if any."""
         result = self._results.get(key)
-        if result is None:
-            result = self._results[key] = compute()
-            if len(self._results) > self._kept:
-                self._results.popitem(last=False)
-        else:
+        if result is not None:
             self._results.move_to_end(key)
+        return result
+
+    def keep(self, key: Hashable, result: V) -> V:
+        """Remember the result."""
+        self._results[key] = result
+        if len(self._results) > self._kept:
+            self._results.popitem(last=False)
         return result

@@ -213,6 +213,22 @@ def test_exclusive_zones_tell_who_is_in_them(window: int) -> None:
     assert [c.place for c in crossings] == pytest.approx([440 / 1200, 760 / 1200], abs=1e-3)
 
 
+def test_a_way_that_comes_again_meets_the_same_zones() -> None:
+    """Planned once, looked at once; told of every time."""
+    again = BEFORE + "AGAIN:\nML Y=600 F200\nWAIT 0.01\nML Y=-600\nWAIT 0.01\nGOTO AGAIN 3\n"
+    run = Run(again, zone("exclusive", [1400, -100, 0], [1600, 100, 1600], "hand over"))
+    assert run.failure is None
+    crossings = run.kernel.planner.zone_crossings
+    assert [(c.line, c.enters) for c in crossings] == 3 * [(3, True), (3, False), (5, True), (5, False)]
+    assert [c.place for c in crossings[4:]] == pytest.approx([c.place for c in crossings[:-4]], abs=1e-3)
+    assert len({c.tag for c in crossings}) == 6
+    there, back = [], []
+    for event in run.events:
+        if event.kind == "zone":
+            (there if event.line == 3 else back).append(event.data["action"])
+    assert there == back == 3 * ["entered", "left"]
+
+
 def test_planned_paths_are_clear_at_every_tick() -> None:
     """Random joint moves between random zones: none that was let through meets anything."""
     seed = 606

@@ -8,27 +8,39 @@ were verified. Not here: time, limits, actions.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from itertools import pairwise
-from typing import Final
+from collections.abc import Callable, Sequence
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from viapoint.runtime.kernel import chebyshev
 from viapoint.runtime.kernel.auxiliary import NO_AXES, AuxiliaryAxes
 from viapoint.runtime.kernel.chebyshev import Cells, Tables
+from viapoint.runtime.kernel.failure import PlanningError
 from viapoint.runtime.kernel.fitting import Fitted, fit, joint_jump
-from viapoint.runtime.kernel.joining import Joiner
+from viapoint.runtime.kernel.joining import Joined, Joiner
 from viapoint.runtime.kernel.sampling import NearSingular
 from viapoint.runtime.kernel.spans import Division, Span, divide, whole
 from viapoint.runtime.kernel.speeds import rate_bounds
 from viapoint.runtime.kernel.stretch import Stretch
 from viapoint.runtime.memo import Memo
-from viapoint.runtime.records import Floats, Ints
+from viapoint.runtime.records import Floats
 from viapoint.runtime.robots import Robot
 
 _STANDING: Final = 1e-6
 """m of path parameter in which the path stands still, where it was cut off: enough to tell places apart."""
+
+
+Inspector = Callable[[Sequence[Stretch], Joined, Floats, Floats], tuple[int, PlanningError | None]]
+"""Told of stretches before they are path: joined, with s (S + 1,) where they begin and lengths (C, 4)
+travelled before each cell. How many may be laid, and why the next one may not, if any."""
+
+
+class Laid(NamedTuple):
+    """Stretches put onto the path: s where each begins and the last one ends, and why the next one is not."""
+
+    places: list[float]
+    fault: PlanningError | None
 
 
 class AxisPath:
@@ -45,10 +57,9 @@ class AxisPath:
         self.length = 0.0
         self.beside: Floats = np.zeros(4)
         """What the last four columns have beside this path: of other paths that were travelled before."""
-        self.inspect: Callable[[Stretch, Floats, Floats], None] | None = None
-        """Told of every stretch before it is path, with its cells' widths and coefficients; may refuse it."""
+        self.inspect: Inspector | None = None
         self._joiner = Joiner(robot, auxiliary)
-        self._known: Memo[tuple[Fitted, Sequence[Stretch]]] = Memo()  # kept so that no id comes again
+        self._known: Memo[tuple[Joined, Sequence[Stretch]]] = Memo()  # kept so that no id comes again
         self._cells = Cells(self.driven + 4)
         self._last = np.concatenate((q_start, auxiliary.start, np.zeros(4)))
 
@@ -67,14 +78,23 @@ class AxisPath:
         """TCP length at the end, m."""
         return float(self._last[-2])
 
-    def compile(self, stretches: Sequence[Stretch], configuration: int) -> Fitted:
-        """Cells of finished pieces that follow each other in one configuration, in one batch.
+    def extend(self, stretches: Sequence[Stretch], configuration: int, *, at_rest: bool) -> Laid:
+        """Compile pieces that follow each other in one configuration, in one batch, onto the end.
 
-        Raises NearSingular where that is too much to ask, PlanningError where a pose is out of reach.
+        The end is passed `at_rest` or without a stop. Raises NearSingular where a batch is too much to ask,
+        PlanningError where a pose is out of reach; then nothing is laid.
         """
-        key = configuration, self._last[: self.n].tobytes(), *(stretch.key for stretch in stretches)
-        spans = [whole(stretch, configuration) for stretch in stretches]
-        return self._known.get(key, lambda: (self._fit(stretches, spans), stretches))[0]
+        q = self._last[: self.n]
+        key = configuration, at_rest, q.tobytes(), *(stretch.key for stretch in stretches)
+        joined, _ = self._known.get(
+            key, lambda: (self._ordinary(q, stretches, configuration, at_rest), stretches)
+        )
+        return self._lay(stretches, joined)
+
+    def _ordinary(self, q: Floats, stretches: Sequence[Stretch], configuration: int, at_rest: bool) -> Joined:
+        fitted = self._fit(stretches, [whole(stretch, configuration) for stretch in stretches])
+        owner = np.array([cell.span for cell in fitted.cells])
+        return self._joiner.join(q, stretches, fitted, owner, at_rest=at_rest)
 
     def follow(self, stretch: Stretch, configuration: int, rest: tuple[bool, bool]) -> Division:
         """Compile one piece onto the end, through and past singular poses; entered in a configuration.
@@ -90,8 +110,10 @@ class AxisPath:
             division = divide(self.robot, stretch, configuration, self.q_end, rest)
             fitted = self._patiently(stretch, division.spans)
         owner = np.zeros(len(fitted.cells), dtype=np.int64)
-        for _ in self._extend([stretch], fitted, owner, at_rest=rest[0]):
-            pass
+        q = self._last[: self.n]
+        laid = self._lay([stretch], self._joiner.join(q, [stretch], fitted, owner, at_rest=rest[0]))
+        if laid.fault is not None:
+            raise laid.fault
         return division
 
     def _fit(self, stretches: Sequence[Stretch], spans: Sequence[Span], *, patient: bool = False) -> Fitted:
@@ -103,38 +125,22 @@ class AxisPath:
         except NearSingular:
             raise joint_jump(stretch, 0.0) from None
 
-    def extend(self, stretches: Sequence[Stretch], fitted: Fitted, *, at_rest: bool) -> Iterator[float]:
-        """Put compiled pieces onto the end of the path, which is passed `at_rest` or without a stop.
-
-        Yields s at the start of each once it is path. Raises PlanningError naming the line: joint out of
-        range, JointJump where the joints do not join.
-        """
-        owner = np.array([cell.span for cell in fitted.cells])
-        return self._extend(stretches, fitted, owner, at_rest=at_rest)
-
-    def _extend(
-        self, stretches: Sequence[Stretch], fitted: Fitted, owner: Ints, *, at_rest: bool
-    ) -> Iterator[float]:
-        joined = self._joiner.join(self._last, stretches, fitted, owner, at_rest=at_rest)
-        bounds = np.searchsorted(owner, np.arange(len(stretches) + 1)).tolist()
-        widths = fitted.widths
-        for stretch, (first, last) in zip(stretches, pairwise(bounds), strict=True):
-            if last > len(joined.ends):
-                break
-            start = self.length
-            self._put(stretch, widths[first:last], joined.coefficients[first:last])
-            self._last = joined.ends[last - 1]
-            yield start
-        if joined.fault is not None:
-            raise joined.fault
-
-    def _put(self, stretch: Stretch, widths: Floats, coeffs: Floats) -> None:
-        ends = np.cumsum(widths)
+    def _lay(self, stretches: Sequence[Stretch], joined: Joined) -> Laid:
+        begins = np.cumsum(np.concatenate(([self.length], joined.lengths)))
+        travelled = np.cumsum(np.concatenate((self._last[None, self.driven :], joined.rises)), axis=0)
+        count, fault = len(joined.lengths), None
         if self.inspect is not None:
-            self.inspect(stretch, widths, coeffs)
-        starts = np.concatenate(([0.0], ends[:-1])) + self.length
-        self._cells.append(starts, widths, coeffs)
-        self.length += float(ends[-1])
+            count, fault = self.inspect(stretches, joined, begins, travelled[:-1])
+        if fault is None and joined.fault is not None:
+            fault = joined.fault()
+        if count:
+            cells = joined.bounds[count]
+            starts = joined.starts[:cells] + begins[joined.owner[:cells]]
+            placed = Tables(starts, joined.widths[:cells], joined.table[:cells])
+            self._cells.put(placed, travelled[:cells])
+            self.length = float(begins[count])
+            self._last = np.concatenate((joined.ends[count - 1], travelled[cells]))
+        return Laid(begins[: count + 1].tolist(), fault)
 
     def hold(self, s: float) -> None:
         """What lies behind s is not travelled: the path goes on from the place s, behind its present end."""

@@ -135,9 +135,15 @@ class Cells:
 
     def append(self, starts: Floats, widths: Floats, coeffs: Floats) -> None:
         """Add cells at the end: starts (C,), widths (C,), coefficients (C, D+1, m)."""
-        self._starts.append(starts)
-        self._widths.append(widths)
-        self._table.append(derived(coeffs, widths))
+        self.put(Tables(starts, widths, derived(coeffs, widths)))
+
+    def put(self, cells: Tables, offsets: Floats | None = None) -> None:
+        """Add cells at the end; `offsets` (C, k) are added to what their last k axes are."""
+        self._starts.append(cells.starts)
+        self._widths.append(cells.widths)
+        table = self._table.append(cells.table)
+        if offsets is not None:
+            table[:, 0, 0, -offsets.shape[1] :] += offsets
 
     def forget(self, s: float) -> None:
         """Drop the cells that end before s."""

@@ -7,26 +7,29 @@ looked at once more as they are sent, since what is added to the path then is no
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from itertools import pairwise
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from viapoint.language.units import MM
 from viapoint.runtime.kernel.failure import ExecutionError, PlanningError
+from viapoint.runtime.kernel.joining import Joined
 from viapoint.runtime.kernel.motion import Rows
 from viapoint.runtime.kernel.stretch import Stretch
 from viapoint.runtime.kernel.trace import Trace
+from viapoint.runtime.memo import Memo
 from viapoint.runtime.path import Space
 from viapoint.runtime.records import Floats
 from viapoint.runtime.workspace import (
     NOTHING,
     TOUCH,
     Course,
-    Crossing,
     Monitor,
     Rule,
+    Sure,
     Ticks,
     Violation,
     Watch,
@@ -60,41 +63,101 @@ class ZoneCrossing:
     enters: bool
 
 
+class _Met(NamedTuple):
+    """An exclusive zone entered, or left, at a `share` (0 … 1) of stretch number `stretch`."""
+
+    stretch: int
+    share: float
+    zone: str
+    enters: bool
+
+
+class _Inspected(NamedTuple):
+    """What is met along consecutive stretches with so much travel (m), and what is sure behind them.
+
+    Of all, or of those before the first on which the robot breaks a rule: `fault` says which.
+    """
+
+    joined: Joined  # kept so that no id comes again
+    sound: int
+    met: list[_Met]
+    travel: float
+    sure: Sure
+    fault: PlanningError | None
+
+
 class PathGuard:
-    """Looks at finished stretches of path, in order."""
+    """Looks at finished stretches of path, in order; those that come again need no look."""
 
     def __init__(
-        self, monitor: Monitor, tool_of: Callable[[int], int], crossed: Callable[[ZoneCrossing], None]
+        self, monitor: Monitor, tool_of: Callable[[int], int], crossed: Callable[[ZoneCrossing, float], None]
     ) -> None:
+        """`crossed` is told of crossings, with s where their stretches begin."""
         self._crossed = crossed
         self._monitor = monitor
         self._watch = Watch(monitor)
         self._tool_of = tool_of
+        self._known: Memo[_Inspected] = Memo()
 
-    def inspect(self, stretch: Stretch, widths: Floats, coeffs: Floats) -> None:
-        """A stretch as its cells: widths (C,), Chebyshev coefficients (C, D+1, m), joints first.
+    def begin_anew(self) -> None:
+        """What comes next does not begin where the last stretch ended."""
+        self._watch = Watch(self._monitor)
 
-        Raises PlanningError if the robot breaks a rule somewhere on it.
-        """
-        tool = self._tool_of(stretch.curve.tag)
-        course = Course(widths, coeffs, self._monitor.pace(tool))
+    def inspect(
+        self, stretches: Sequence[Stretch], joined: Joined, begins: Floats, travelled: Floats
+    ) -> tuple[int, PlanningError | None]:
+        """An `axispath.Inspector`: stretches may be laid up to the first on which the robot breaks a rule."""
+        tool = self._tool_of(stretches[0].curve.tag)  # of all of them: the path stops where it changes
+        key = id(joined), tool, self._watch.within
+        inspected = self._known.find(key)
+        if inspected is not None:
+            self._watch.again(inspected.sure, inspected.travel)
+        else:
+            inspected = self._look(stretches, joined, travelled, tool)
+            if inspected.fault is None:
+                self._known.keep(key, inspected)
+        for met in inspected.met:
+            self._crossed(self._crossing(stretches[met.stretch], joined, met), float(begins[met.stretch]))
+        return inspected.sound, inspected.fault
+
+    def _look(self, stretches: Sequence[Stretch], joined: Joined, travelled: Floats, tool: int) -> _Inspected:
+        coeffs = joined.table[:, 0].copy()
+        coeffs[:, 0, -travelled.shape[1] :] += travelled
+        pace, travel = self._monitor.pace(tool), 0.0
+        met: list[_Met] = []
+        fault, sound = None, 0
+        for first, last in pairwise(joined.bounds):
+            course = Course(joined.widths[first:last], coeffs[first:last], pace)
+            travel += course.length
+            fault = self._look_along(stretches[sound], sound, course, tool, met)
+            if fault is not None:
+                break
+            sound += 1
+        return _Inspected(joined, sound, met, travel, self._watch.sure, fault)
+
+    def _look_along(
+        self, stretch: Stretch, number: int, course: Course, tool: int, met: list[_Met]
+    ) -> PlanningError | None:
+        """Look along one stretch, and note what is met; why it may not be laid, if it may not."""
         if not math.isfinite(course.length):
-            raise PlanningError("E490", "the way of the tool is not a finite number", stretch.line)
+            return PlanningError("E490", "the way of the tool is not a finite number", stretch.line)
         if self._watch.passes(course.length, tool):
-            return
+            return None
         course.divide(self._monitor.body(tool).thinnest)
         seen = self._watch.look(course, tool)
         for crossing in seen.crossings:
-            self._crossed(self._crossing(stretch, course, float(widths.sum()), crossing))
+            share = course.share(max(crossing.row - 1, 0) if crossing.enters else crossing.row)
+            met.append(_Met(number, share, crossing.zone, crossing.enters))
         if seen.violation is not None:
-            raise self._error(stretch, course, seen.violation, tool)
+            return self._error(stretch, course, seen.violation, tool)
         self._watch.advance(len(course.travel) - 1)
+        return None
 
     @staticmethod
-    def _crossing(stretch: Stretch, course: Course, length: float, crossing: Crossing) -> ZoneCrossing:
-        share = course.share(max(crossing.row - 1, 0) if crossing.enters else crossing.row)
-        tag, line = stretch.curve.tag, stretch.line
-        return ZoneCrossing(tag, line, share, length, crossing.zone, crossing.enters)
+    def _crossing(stretch: Stretch, joined: Joined, met: _Met) -> ZoneCrossing:
+        first, last = joined.bounds[met.stretch : met.stretch + 2]
+        length = float(joined.widths[first:last].sum())
+        return ZoneCrossing(stretch.curve.tag, stretch.line, met.share, length, met.zone, met.enters)
 
     def _error(self, stretch: Stretch, course: Course, violation: Violation, tool: int) -> PlanningError:
         row, last = violation.row, len(course.travel) - 1

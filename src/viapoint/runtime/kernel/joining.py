@@ -1,17 +1,21 @@
-"""Cells of consecutive stretches joined to the end of a path: turns and lengths counted on, gaps closed.
+"""Cells of consecutive stretches joined to the end of a path: turns counted on, gaps closed.
 
 Joints that do not join, or leave their range, are a fault of the cell; those before it are good.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Final, NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
 from viapoint.language.units import DEG
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
+from viapoint.runtime.kernel.chebyshev import derived
 from viapoint.runtime.kernel.failure import PlanningError
 from viapoint.runtime.kernel.fitting import Fitted, joint_jump
 from viapoint.runtime.kernel.stretch import Stretch
@@ -39,15 +43,29 @@ _RANGE_SLACK: Final = 1e-9
 _TURN: Final = 2.0 * np.pi
 
 
-class Joined(NamedTuple):
-    """Coefficients (C, D+1, m) of cells as they continue a path, and what they end in (C', m).
+@dataclass(frozen=True, slots=True)
+class Joined:
+    """Cells of S consecutive stretches as they continue a path, wherever on it that is.
 
-    Of all cells, or of those before the first that has a `fault`.
+    Of all stretches, or of those before the first that has a `fault`. The last four columns of the `table`
+    (C, 4, D+1, m), derivatives as of `chebyshev.derived`, are lengths from where each cell starts.
     """
 
-    coefficients: Floats
+    owner: Ints
+    """(C,) number of each cell's stretch."""
+    bounds: list[int]
+    """S + 1 numbers: of the first cell of each stretch, and of the cells in all."""
+    starts: Floats
+    """(C,) from where its stretch starts."""
+    widths: Floats
+    lengths: Floats
+    """(S,) of the stretches, in the path parameter."""
+    table: Floats
+    rises: Floats
+    """(C, 4) of the lengths along each cell."""
     ends: Floats
-    fault: PlanningError | None
+    """(S, n + k) joints and auxiliary axes in which the stretches end."""
+    fault: Callable[[], PlanningError] | None
 
 
 class Joiner:
@@ -63,20 +81,21 @@ class Joiner:
         self._upper = np.concatenate((robot.limits.upper, auxiliary.limits.upper))
 
     def join(
-        self, last: Floats, stretches: Sequence[Stretch], fitted: Fitted, owner: Ints, *, at_rest: bool
+        self, q: Floats, stretches: Sequence[Stretch], fitted: Fitted, owner: Ints, *, at_rest: bool
     ) -> Joined:
-        """`last` (m,) is what the path ends in, which is passed `at_rest` or without a stop; `owner` (C,)
-        numbers the stretch of each cell.
+        """`q` (n,) are the joints in which the path ends, which is passed `at_rest` or without a stop;
+        `owner` (C,) numbers the stretch of each cell.
         """
         n = self._n
-        first, end = fitted.values[:, 0], fitted.values[:, -1]
-        gaps = np.concatenate((last[None, :n], end[:-1, :n])) - first[:, :n]
+        first, end = fitted.values[:, 0, : self._driven], fitted.values[:, -1, : self._driven]
+        gaps = np.concatenate((q[None], end[:-1, :n])) - first[:, :n]
         turns = self._turn * np.rint(gaps / _TURN)
         gaps -= turns
-        shifts = self._shifts(last, end, turns)
-        heads = np.diff(owner, prepend=-1) > 0
+        shifts = np.zeros_like(end)
+        np.cumsum(turns, axis=0, out=shifts[:, :n])
+        heads = np.concatenate(([True], owner[1:] > owner[:-1]))
         coeffs = fitted.coefficients.copy()
-        coeffs[:, 0] += shifts
+        coeffs[:, 0, : self._driven] += shifts
         closed = heads & (np.abs(gaps).max(axis=1) > _GAP_TO_CLOSE)
         coeffs[closed, 0, :n] += 0.5 * gaps[closed]  # along the cell
         coeffs[closed, 1, :n] -= 0.5 * gaps[closed]
@@ -91,20 +110,44 @@ class Joiner:
             place, joints = (
                 (0.0, first[jump, :n] + shifts[jump, :n]) if heads[jump] else (fitted.place(jump, 0), None)
             )
-            good, fault = jump, joint_jump(stretches[owner[jump]], place, joints)
+            good, fault = jump, partial(joint_jump, stretches[owner[jump]], place, joints)
         outside = self._outside(fitted.values[:good], shifts[:good])
         if outside is not None:
-            good, fault = outside[0], self._range_fault(stretches[owner[outside[0]]], fitted, shifts, outside)
-        return Joined(coeffs, ends[:good], fault)
+            good, stretch = outside[0], stretches[owner[outside[0]]]
+            fault = partial(self._range_fault, stretch, fitted, shifts, outside)
+        return self._of_whole(len(stretches), owner, good, fitted, coeffs, ends, fault)
 
-    def _shifts(self, last: Floats, end: Floats, turns: Floats) -> Floats:
-        """What is added to the values of each cell, (C, m): turns to joints, lengths so far to lengths."""
-        steps = np.zeros_like(end)
-        steps[:, : self._n] = turns
-        steps[0, self._driven :] = last[self._driven :]
-        steps[1:, self._driven :] = end[:-1, self._driven :]
-        shifts: Floats = np.cumsum(steps, axis=0)
-        return shifts
+    def _of_whole(
+        self,
+        stretches: int,
+        owner: Ints,
+        good: int,
+        fitted: Fitted,
+        coeffs: Floats,
+        ends: Floats,
+        fault: Callable[[], PlanningError] | None,
+    ) -> Joined:
+        """The stretches all of whose cells are among the first `good`."""
+        bounds: list[int] = np.searchsorted(owner, np.arange(stretches + 1)).tolist()
+        while bounds[-1] > good:
+            del bounds[-1]
+        count, widths = bounds[-1], fitted.widths
+        upto = np.concatenate([np.cumsum(widths[a:b]) for a, b in pairwise(bounds)]) if count else np.zeros(0)
+        lasts = np.array(bounds[1:], dtype=np.int64) - 1
+        starts = np.zeros(count)
+        starts[1:] = upto[:-1]
+        starts[bounds[:-1]] = 0.0
+        return Joined(
+            owner=owner[:count],
+            bounds=bounds,
+            starts=starts,
+            widths=widths[:count],
+            lengths=upto[lasts],
+            table=derived(coeffs[:count], widths[:count]),
+            rises=fitted.values[:count, -1, self._driven :].copy(),
+            ends=ends[lasts],
+            fault=fault,
+        )
 
     def _jump(self, ends: Floats, gaps: Floats, turned: Bools, steady: Bools) -> int | None:
         """The first cell (if any) whose joints do not join, or that is `turned` where it must not be."""
@@ -123,7 +166,7 @@ class Joiner:
 
     def _outside(self, values: Floats, shifts: Floats) -> tuple[int, int, int] | None:
         """Cell, node and axis that first are out of range."""
-        driven = values[:, :, : self._driven] + shifts[:, None, : self._driven]
+        driven = values[:, :, : self._driven] + shifts[:, None]
         over = np.maximum(driven - self._upper, self._lower - driven)
         if over.max(initial=0.0) <= _RANGE_SLACK:
             return None

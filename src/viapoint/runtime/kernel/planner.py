@@ -97,15 +97,16 @@ class Planner:
         self._last = -1  # tag of the last motion
         self._forced_by: dict[int, int] = {}  # tag of a motion to the line that makes its end a stop
         self.monitor = Monitor(cell)
+        self._guard = PathGuard(self.monitor, self.route.tool_of, self._cross)
         self._watch_path()
 
     def _new_chain(self) -> Chain:
         return Chain(tolerance=self._corners.tolerance, corners=self._corners)
 
-    def _cross(self, crossing: ZoneCrossing) -> None:
+    def _cross(self, crossing: ZoneCrossing, begin: float) -> None:
         self.zone_crossings.append(crossing)
         if self.crossed is not None:
-            s = self.route.end + crossing.place * crossing.length
+            s = begin + crossing.place * crossing.length
             self.crossed(Passage(s, crossing.zone, crossing.enters))
 
     @property
@@ -237,8 +238,8 @@ class Planner:
 
     def _watch_path(self, *, planned: bool = True) -> None:
         if self.monitor.active:
-            guard = PathGuard(self.monitor, self.route.tool_of, self._cross)
-            self.route.axes.inspect = guard.inspect if planned else None
+            self._guard.begin_anew()
+            self.route.axes.inspect = self._guard.inspect if planned else None
 
     def _plan(self, entry: Entry) -> None:
         match entry.call:

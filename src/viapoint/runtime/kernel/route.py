@@ -276,11 +276,12 @@ class Route:
             return
         stretches, done = [stretch for stretch, _ in waiting], 0
         try:
-            fitted = self.axes.compile(stretches, self._configuration or 0)
-            for start in self.axes.extend(stretches, fitted, at_rest=self.end <= self.stops[-1]):
-                stretch, motion = waiting[done]
-                self._note(start, motion, stretch)
-                done += 1
+            at_rest = self.end <= self.stops[-1]
+            laid = self.axes.extend(stretches, self._configuration or 0, at_rest=at_rest)
+            done = len(laid.places) - 1
+            self._note(laid.places, waiting[:done])
+            if laid.fault is not None:
+                raise laid.fault
         except (NearSingular, JointJump, OutOfReach):
             for stretch, motion in waiting[done:]:
                 self._follow(stretch, motion)
@@ -295,7 +296,7 @@ class Route:
         if posed and self._configuration is None:
             self._configuration = self._enter(stretch, motion)
         start, division = self._led_on(stretch, motion)
-        self._note(start, motion, stretch)
+        self._note([start, self.end], [(stretch, motion)])
         if division.stop_before and start > self.stops[-1]:
             self.stops.append(start)
         self._configuration = division.configuration if posed else None
@@ -325,11 +326,13 @@ class Route:
         rest = self.end <= self.stops[-1], stretch.curve.stop
         return self.axes.follow(stretch, self._configuration or 0, rest)
 
-    def _note(self, start: float, motion: _Planned, stretch: Stretch) -> None:
-        self._bound(start, motion, joint_space=self._is_joint(stretch.curve))
-        self._count += 1
-        self._after[self._count] = self.end
-        self.ends.append(self.end)
+    def _note(self, places: Sequence[float], laid: Sequence[_Waiting]) -> None:
+        """Pieces lie from each of the places to the next."""
+        self._bound(places, [(motion, self._is_joint(stretch.curve)) for stretch, motion in laid])
+        ends = places[1:]
+        self._after.update(enumerate(ends, self._count + 1))
+        self._count += len(ends)
+        self.ends += ends
 
     def _is_joint(self, piece: Piece | None) -> bool:
         return piece is not None and self._motions[piece.tag].resolved.move.kind is MoveKind.JOINT
@@ -343,12 +346,15 @@ class Route:
             return PathLimits.RAMP_OUT
         return PathLimits.APPLY
 
-    def _bound(self, s: float, motion: _Planned, *, joint_space: bool) -> None:
-        self._bounds_at.append(s)
-        rule = motion.resolved.rule
-        self._rules.append(np.array([rule.on(joint_space=joint_space)]))
-        self._fastest.append(rule.joint if joint_space else rule.fallback_linear)
-        self._frames.append(motion.frame)
+    def _bound(self, places: Sequence[float], motions: Sequence[tuple[_Planned, bool]]) -> None:
+        """The programmed speeds of motions, each in joint space or not, that begin at the places."""
+        if not motions:
+            return
+        self._bounds_at += places[: len(motions)]
+        rules = [(motion.resolved.rule, joint_space) for motion, joint_space in motions]
+        self._rules.append(np.array([rule.on(joint_space=joint_space) for rule, joint_space in rules]))
+        self._fastest += [rule.joint if joint_space else rule.fallback_linear for rule, joint_space in rules]
+        self._frames += [motion.frame for motion, _ in motions]
 
     def _enter(self, stretch: Stretch, motion: _Planned) -> int:
         """The configuration a path motion starts in; free joints of a singular pose are turned first."""
@@ -382,7 +388,7 @@ class Route:
             self.axes.follow(
                 Stretch(piece, motion.X_tool_flange, motion.line, PathLimits.FREE), 0, (True, True)
             )
-            self._bound(start, motion, joint_space=True)
+            self._bound([start], [(motion, True)])
             self.ends.append(self.end)
         self.stops.append(self.end)
 

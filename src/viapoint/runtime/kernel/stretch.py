@@ -74,7 +74,8 @@ class Stretch(FlangePath):
     def key(self) -> Hashable:
         """Equal for stretches of the same path, as long as they live."""
         piece = self.curve
-        return id(piece.segment), piece.begin, piece.length, self.limits, self.X_tool_flange.tobytes()
+        tool = self.X_tool_flange.tobytes()
+        return id(piece.segment), piece.begin, piece.length, self.limits, tool, self.line
 
     def limited_share(self, w: Floats) -> Floats:
         """How far path limits apply at w (N,): (N,) from 0 to 1."""

@@ -3,7 +3,7 @@
 from viapoint.runtime.workspace.course import Course, grid
 from viapoint.runtime.workspace.encounters import Encounters, Meeting
 from viapoint.runtime.workspace.monitor import TOUCH, Monitor, Rule, Violation
-from viapoint.runtime.workspace.watch import NOTHING, Crossing, Sighting, Ticks, Watch
+from viapoint.runtime.workspace.watch import NOTHING, Crossing, Sighting, Sure, Ticks, Watch
 
 __all__ = [
     "NOTHING",
@@ -15,6 +15,7 @@ __all__ = [
     "Monitor",
     "Rule",
     "Sighting",
+    "Sure",
     "Ticks",
     "Violation",
     "Watch",

@@ -7,7 +7,7 @@ vouches for all within its clearance, and what is left of it at the end vouches 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Final, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -53,6 +53,14 @@ class Sighting:
 
 NOTHING: Final = Sighting(None, ())
 """Of a stretch so near to what was looked at that it needs no look."""
+
+
+class Sure(NamedTuple):
+    """What is sure where the robot is, with a tool: m of clearance, the exclusive zones (E,) it is in."""
+
+    tool: int
+    room: float
+    inside: Bools
 
 
 class Motion(Protocol):
@@ -110,6 +118,24 @@ class Watch:
             return False
         self._room -= travel
         return True
+
+    @property
+    def within(self) -> bytes:
+        """The exclusive zones that the robot is in: equal where they are."""
+        return self._inside.tobytes()
+
+    @property
+    def sure(self) -> Sure:
+        """What is sure of where the robot is by now."""
+        return Sure(self._tool, self._room, self._inside)
+
+    def again(self, end: Sure, travel: float) -> None:
+        """Take, with that tool, a stretch again that broke no rule: so much travel to where `end` is sure.
+
+        It was taken from the same exclusive zones.
+        """
+        left = self._room - travel if self._tool == end.tool else _UNKNOWN
+        self._tool, self._room, self._inside = end.tool, max(left, end.room), end.inside
 
     def look(self, motion: Motion, tool: int) -> Sighting:
         """What a stretch meets. The result is as if every row were looked at."""
