@@ -143,24 +143,63 @@ def rate_bounds(
     double still,
 ):
     """As `speeds.rate_bounds`."""
-    cdef Py_ssize_t row, axes = table.shape[3], cell = 0, piece = 0
+    cdef Py_ssize_t row, cell = 0, piece = 0
+    result = np.empty(s.shape[0])
+    cdef double[::1] bounds = result
+    for row in range(s.shape[0]):
+        bounds[row] = _bound(starts, widths, table, s[row], begins, rules, still, &cell, &piece)
+    return result
+
+
+def speed_ratio(
+    const double[::1] starts,
+    const double[::1] widths,
+    const double[:, :, :, ::1] table,
+    double before,
+    const double[::1] s,
+    const double[::1] begins,
+    const double[:, ::1] rules,
+    double still,
+    double tick,
+):
+    """As `speeds.speed_ratio`."""
+    cdef Py_ssize_t row, cell = 0, piece = 0
+    cdef double ratio, largest = -INFINITY
+    cdef double last = _bound(starts, widths, table, before, begins, rules, still, &cell, &piece), bound
+    for row in range(s.shape[0]):
+        bound = _bound(starts, widths, table, s[row], begins, rules, still, &cell, &piece)
+        ratio = (s[row] - before) / tick / max(bound, last)
+        largest = max(largest, ratio)
+        before, last = s[row], bound
+    return largest
+
+
+cdef inline double _bound(
+    const double[::1] starts,
+    const double[::1] widths,
+    const double[:, :, :, ::1] table,
+    double s,
+    const double[::1] begins,
+    const double[:, ::1] rules,
+    double still,
+    Py_ssize_t *cell,
+    Py_ssize_t *piece,
+) noexcept nogil:
+    """The bound at s; `cell` and `piece` are where it lies, near where they were."""
+    cdef Py_ssize_t axes = table.shape[3]
     cdef double basis[NODES]
     cdef double rates[2]
     cdef const double *rule
     cdef double x, bound
-    result = np.empty(s.shape[0])
-    cdef double[::1] bounds = result
-    for row in range(s.shape[0]):
-        cell, piece = _cell(starts, s[row], cell), _cell(begins, s[row], piece)
-        x = min(max(2.0 * (s[row] - starts[cell]) / widths[cell] - 1.0, -1.0), 1.0)
-        polynomials(x, basis)
-        sums(basis, &table[cell, 1, 0, axes - 2], axes, 2, rates)
-        rule = &rules[piece, 0]
-        bound = min(_slowest(rule + 1, rates[0], rates[1], still), rule[0])
-        if not isfinite(bound):
-            bound = min(_slowest(rule + 4, rates[0], rates[1], still), rule[3])
-        bounds[row] = bound
-    return result
+    cell[0], piece[0] = _cell(starts, s, cell[0]), _cell(begins, s, piece[0])
+    x = min(max(2.0 * (s - starts[cell[0]]) / widths[cell[0]] - 1.0, -1.0), 1.0)
+    polynomials(x, basis)
+    sums(basis, &table[cell[0], 1, 0, axes - 2], axes, 2, rates)
+    rule = &rules[piece[0], 0]
+    bound = min(_slowest(rule + 1, rates[0], rates[1], still), rule[0])
+    if not isfinite(bound):
+        bound = min(_slowest(rule + 4, rates[0], rates[1], still), rule[3])
+    return bound
 
 
 cdef inline double _slowest(const double *speeds, double linear, double angular, double still) noexcept nogil:

@@ -21,7 +21,7 @@ from viapoint.runtime.kernel.fitting import Fitted, fit, joint_jump
 from viapoint.runtime.kernel.joining import Joined, Joiner
 from viapoint.runtime.kernel.sampling import NearSingular
 from viapoint.runtime.kernel.spans import Division, Span, divide, whole
-from viapoint.runtime.kernel.speeds import rate_bounds
+from viapoint.runtime.kernel.speeds import rate_bounds, speed_ratio
 from viapoint.runtime.kernel.stretch import Stretch
 from viapoint.runtime.memo import Memo
 from viapoint.runtime.records import Floats
@@ -191,6 +191,10 @@ class AxisPath:
     def rate_bounds(self, s: Floats, begins: Floats, rules: Floats) -> Floats:
         """As `speeds.rate_bounds`."""
         return rate_bounds(self._cells.tables, s, begins, rules)
+
+    def speed_ratio(self, before: float, s: Floats, begins: Floats, rules: Floats, tick: float) -> float:
+        """As `speeds.speed_ratio`."""
+        return speed_ratio(self._cells.tables, before, s, begins, rules, tick)
 
     def between(self, s_from: float, s_to: float) -> Tables | None:
         """The cells from s_from to s_to; None if one lies across an end."""

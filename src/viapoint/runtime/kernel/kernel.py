@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.breaks import HERE, Start
 from viapoint.runtime.kernel.buffer import Entry, MotionBuffer
@@ -25,11 +23,12 @@ from viapoint.runtime.kernel.outlet import Outlet, Present
 from viapoint.runtime.kernel.passing import ARRIVED
 from viapoint.runtime.kernel.planner import Planner
 from viapoint.runtime.kernel.states import Hold, State
+from viapoint.runtime.kernel.telemetry import Told
 from viapoint.runtime.kernel.trace import Trace
 from viapoint.runtime.kernel.travelling import Travelling
 from viapoint.runtime.kernel.unsupported import refusal
 from viapoint.runtime.kernel.zones import ExclusiveZones
-from viapoint.runtime.records import Event, Ints, Window
+from viapoint.runtime.records import Event, Window
 from viapoint.runtime.signals import SignalWorld
 from viapoint.vm.ports import Barrier, End, Failed, Motion
 
@@ -361,9 +360,9 @@ class Kernel(Travelling):
         return Present(self.tool, self.line, override, self._hold)
 
     @property
-    def _told(self) -> Ints:
-        """(3,): the line the path is in, the line the interpreter has reached, entries in the buffer."""
-        return np.array([self.line, self.dialogue.line, self._buffer.fill], dtype=np.int64)
+    def _told(self) -> Told:
+        """What is told of the present tick."""
+        return Told(self.line, self.dialogue.line, self._buffer.fill)
 
     def _travelled_mm(self) -> float:
         return self.execution.travelled_mm

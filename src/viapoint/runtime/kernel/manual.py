@@ -17,8 +17,9 @@ from viapoint.runtime.kernel.motion import Rows
 from viapoint.runtime.kernel.outlet import Present
 from viapoint.runtime.kernel.referencing import out_of_range
 from viapoint.runtime.kernel.states import Command, Hold, State
+from viapoint.runtime.kernel.telemetry import Told
 from viapoint.runtime.kernel.tracking import Tracking
-from viapoint.runtime.records import Ints, Window
+from viapoint.runtime.records import Window
 from viapoint.runtime.signals import SignalWorld
 
 
@@ -39,8 +40,8 @@ class Manual(Tracking):
 
     @property
     @abstractmethod
-    def _told(self) -> Ints:
-        """(3,): the line the path is in, the line the interpreter has reached, entries in the buffer."""
+    def _told(self) -> Told:
+        """What is told of the present tick."""
 
     def jog(self, demand: Demand, ticks: int | None = None) -> str | None:
         """Move as demanded from the next tick on, for so many ticks, or until `let_go`.
@@ -138,8 +139,7 @@ class Manual(Tracking):
         )
         used = len(rows.s)
         jogger.commit(used)
-        told = np.tile(self._told, (used, 1))
-        window = self.telemetry.window(first, rows.columns, told, self._now.status)
+        window = self.telemetry.window(first, rows.columns, [(0, self._told)], self._now.status)
         self._jogged = float(lengths[used - 1])
         self.trace.tick = first + used - 1
         self.world.advance(self.trace.tick)

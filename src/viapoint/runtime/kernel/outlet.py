@@ -6,7 +6,7 @@ Nothing reaches the drives but through here. Not here: where the path is, and wh
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,15 +19,14 @@ from viapoint.runtime.kernel.offsets import Sensor
 from viapoint.runtime.kernel.planner import Planner
 from viapoint.runtime.kernel.refusals import Obstacle
 from viapoint.runtime.kernel.states import Hold
-from viapoint.runtime.kernel.telemetry import Status, Telemetry
+from viapoint.runtime.kernel.telemetry import Status, Telemetry, Tellings, Told
 from viapoint.runtime.kernel.trace import Trace
-from viapoint.runtime.records import Floats, Ints, Window
+from viapoint.runtime.records import Floats, Window
 from viapoint.runtime.signals import SignalWorld
 from viapoint.runtime.timing import TimeLaw
 
 
-@dataclass(frozen=True, slots=True)
-class Present:
+class Present(NamedTuple):
     """What holds in all ticks of a window: tool, line of the path, override, what holds the path back."""
 
     tool: int
@@ -90,9 +89,8 @@ class Outlet:
         """Whether the path is at the end of its law after `tick`, while what the filter sends follows."""
         return self.feed.filters and law is not None and law.t_end <= (tick + 1) * self._tick
 
-    def take(self, rows: Rows, first: int, told: Ints, now: Present) -> Window:
-        """The window of as many of the rows offered last as `told` (N, 3) has. They are sent."""
-        used = len(told)
+    def take(self, rows: Rows, used: int, first: int, told: Tellings, now: Present) -> Window:
+        """The window of the first `used` of the rows offered last. They are sent."""
         deviation = rows.deviation[:used] if isinstance(rows, Sent) else None
         window = self.telemetry.window(first, rows.columns[:used], told, now.status, deviation)
         if self.feed.adds:
@@ -107,21 +105,20 @@ class Outlet:
             self.feed.failure = self.guard.alarm
         return True
 
-    def stand(self, s: float, first: int, count: int, told: Ints, now: Present) -> Window | None:
-        """At most `count` ticks, told (3,), in which the path stands at s; None as in `offer`."""
+    def stand(self, s: float, first: int, count: int, told: Told, now: Present) -> Window | None:
+        """At most `count` ticks in which the path stands at s; None as in `offer`."""
         if not self.feed.displaces or self.feed.down:
             return self.telemetry.standing(first, count, told, now.status)
         rows = self.offer(self.feed.resting(s, count), first, count, now)
         if rows is None:
             return None
-        window = self.take(rows, first, np.tile(told, (len(rows.s), 1)), now)
+        window = self.take(rows, len(rows.s), first, [(0, told)], now)
         self.look_back(len(window), now.line)
         return window
 
-    def let_down(self, first: int, count: int, told: Ints, now: Present) -> Window:
-        """At most `count` ticks, told (3,), in which every axis brakes by itself, off the path."""
-        columns = self.feed.let_down(count)
-        return self.telemetry.window(first, columns, np.tile(told, (len(columns), 1)), now.status)
+    def let_down(self, first: int, count: int, told: Told, now: Present) -> Window:
+        """At most `count` ticks in which every axis brakes by itself, off the path."""
+        return self.telemetry.window(first, self.feed.let_down(count), [(0, told)], now.status)
 
     def room_for(self, tool: int, line: int) -> ExecutionError | None:
         """What keeps the robot from having a tool where it stands."""

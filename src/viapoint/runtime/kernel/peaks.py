@@ -32,7 +32,9 @@ class PeakMeter:
 
     def stand(self, count: int) -> None:
         """Take so many rows like the last one."""
-        self.feed(np.repeat(self._tail[-1:], min(count, _REACH), axis=0))
+        rows = np.empty((min(count, _REACH), self._tail.shape[1]))
+        rows[:] = self._tail[-1]
+        self.feed(rows)
 
 
 def feed(tail: Floats, rows: Floats, tick: float, peaks: Floats) -> None:

@@ -225,9 +225,17 @@ class Route:
 
     def speed_bound(self, s: Floats) -> Floats:
         """Programmed bound (N,) on the rate of s."""
-        first = max(0, bisect.bisect_right(self._bounds_at, float(s.min())) - 1)
-        last = max(first + 1, bisect.bisect_right(self._bounds_at, float(s.max())))
-        return self.axes.rate_bounds(s, np.array(self._bounds_at[first:last]), self._rules.rows[first:last])
+        return self.axes.rate_bounds(s, *self._rules_between(float(s.min()), float(s.max())))
+
+    def speed_ratio(self, before: float, s: Floats, tick: float) -> float:
+        """The largest speed ÷ programmed bound in ticks from `before` on to s (N,), which turns nowhere."""
+        ends = before, float(s[0]), float(s[-1])
+        return self.axes.speed_ratio(before, s, *self._rules_between(min(ends), max(ends)), tick)
+
+    def _rules_between(self, low: float, high: float) -> tuple[Floats, Floats]:
+        first = max(0, bisect.bisect_right(self._bounds_at, low) - 1)
+        last = max(first + 1, bisect.bisect_right(self._bounds_at, high))
+        return np.array(self._bounds_at[first:last]), self._rules.rows[first:last]
 
     def frames(self, s: Floats) -> Ints:
         """Frame (N,) of the motion at each s (N,); 0 where there is no path yet."""

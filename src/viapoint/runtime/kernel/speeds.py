@@ -58,6 +58,18 @@ def rate_bounds(cells: Tables, s: Floats, begins: Floats, rules: Floats) -> Floa
     return np.where(np.isfinite(bound), bound, fallback)
 
 
+def speed_ratio(cells: Tables, before: float, s: Floats, begins: Floats, rules: Floats, tick: float) -> float:
+    """The largest speed ÷ bound of the ticks in which the parameter goes from `before` on to s (N,).
+
+    Within a tick the bound may jump; the larger of its ends is the one that held.
+    """
+    if (core := chosen("kernel._axes")) is not None:
+        return float(core.speed_ratio(*cells, before, s, begins, rules, _STILL, tick))
+    s = np.concatenate(([before], s))
+    bound = rate_bounds(cells, s, begins, rules)
+    return float((np.diff(s) / tick / np.maximum(bound[1:], bound[:-1])).max())
+
+
 def _per_rate(speeds: Floats, rates: Floats) -> Floats:
     quotient = np.where(rates > _STILL, speeds / np.maximum(rates, _STILL), np.inf)
     result: Floats = quotient.min(axis=1)

@@ -26,8 +26,9 @@ class TorqueMeter:
         self._dynamics: dict[int, Dynamics] = {}
 
     def stand(self, axes: Floats) -> None:
-        """The axes (n + k,) are at rest there from the next tick on."""
-        self._past = np.tile(axes, (_BEFORE, 1))
+        """The axes (1, n + k) are at rest there from the next tick on."""
+        if self.known:
+            self._past = np.repeat(axes, _BEFORE, axis=0)
 
     def feed(self, axes: Floats, tool: int) -> Floats:
         """Torques (N, n) of the next ticks (N, n + k), or (N, 0) where masses are not known."""

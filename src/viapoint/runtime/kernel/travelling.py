@@ -14,7 +14,8 @@ from viapoint.runtime.kernel.failure import ExecutionError, MotionError
 from viapoint.runtime.kernel.interrupting import Interrupting
 from viapoint.runtime.kernel.manual import Manual
 from viapoint.runtime.kernel.states import Hold
-from viapoint.runtime.records import Floats, Ints, Window
+from viapoint.runtime.kernel.telemetry import Tellings
+from viapoint.runtime.records import Floats, Window
 
 
 class Travelling(Manual, Interrupting):
@@ -38,15 +39,14 @@ class Travelling(Manual, Interrupting):
         rows = self.outlet.offer(planned, first, ticks, self._now)
         if rows is None:
             return self._let_down(ticks)
-        told = np.tile(self._told, (len(rows.s), 1))
+        told = [(0, self._told)]
         used = self._pass_places(rows.s, first, told)
         arrived = rows.arrived and used == len(rows.s)
         s = rows.s[:used]
-        bound = self.planner.route.speed_bound(np.concatenate(([self._last_s], s)))
-        self.telemetry.meter_speed(self._last_s, s, bound)
+        self.telemetry.meter_speed(self.planner.route.speed_ratio(self._last_s, s, self.cell.tick))
         self._last_s = self.mover.s = float(s[-1])
         self._frontier = max(self._frontier, self._last_s)
-        window = self.outlet.take(rows, first, told[:used], self._now)
+        window = self.outlet.take(rows, used, first, told, self._now)
         self.trace.tick = first + used - 1
         self.world.advance(self.trace.tick)
         alarmed = self.outlet.look_back(used, self.line)
@@ -78,10 +78,10 @@ class Travelling(Manual, Interrupting):
         self.fail(ExecutionError("E490", "a set point is not a finite number", self.line))
         return window
 
-    def _pass_places(self, s: Floats, first: int, told: Ints) -> int:
+    def _pass_places(self, s: Floats, first: int, told: Tellings) -> int:
         """Execute what stands on the path within rows s (N,), in order; returns how many rows stay valid.
 
-        What is `_told` of each row is kept up in told (N, 3).
+        What is `_told` of them is kept up in `told`.
         """
         row, finished = 0, False
         while True:
@@ -89,7 +89,7 @@ class Travelling(Manual, Interrupting):
             if finished and (passed is None or passed.row != row):
                 if self._look_ahead():
                     return row + 1
-                told[row + 1 :] = self._told
+                told.append((row + 1, self._told))
                 finished = False
             elif passed is None:
                 return len(s)
@@ -100,7 +100,7 @@ class Travelling(Manual, Interrupting):
                 self.world.advance(self.trace.tick)
                 changed = passed.happens()
                 changed = self._watch() or changed
-                told[row:] = self._told
+                told.append((row, self._told))
                 finished |= passed.ends_motion
                 if changed or passed.stops:
                     return row + 1
