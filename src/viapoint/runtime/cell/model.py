@@ -32,6 +32,10 @@ class SignalKind(Enum):
     ANALOG_OUTPUT = "AO"
     VARIABLE = "$"
 
+    __hash__ = (
+        object.__hash__
+    )  # each is there once: quicker than by its name, and signals are keys everywhere
+
 
 @dataclass(frozen=True, slots=True)
 class Signal:

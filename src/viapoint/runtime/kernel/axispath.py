@@ -55,8 +55,8 @@ class AxisPath:
         self.n = len(q_start)
         self.driven = self.n + len(auxiliary)
         self.length = 0.0
-        self.beside: Floats = np.zeros(4)
-        """What the last four columns have beside this path: of other paths that were travelled before."""
+        self.beside: Floats | None = None
+        """(4,): what the last columns have beside this path, of other paths that were travelled before."""
         self.inspect: Inspector | None = None
         self._joiner = Joiner(robot, auxiliary)
         self._known: Memo[tuple[Joined, Sequence[Stretch]]] = Memo()  # kept so that no id comes again
@@ -172,16 +172,26 @@ class AxisPath:
             columns = np.tile(self._last, (len(s), 1))
         else:
             columns = self._cells.evaluate(s)[0]
-        if self.beside.any():
+        if self.beside is not None:
             columns[:, -4:] += self.beside
         return columns
+
+    def travelled_at(self, s: float) -> float:
+        """TCP length at s as in `everything`, m."""
+        if self.length == 0.0:
+            return float(self.everything(np.array([s]))[0, -2])
+        length = float(
+            self._cells.evaluate(np.array([s]), columns=(self.driven + 2, self.driven + 3))[0][0, 0]
+        )
+        return length if self.beside is None else length + float(self.beside[-2])
 
     def standing(self, s: float) -> Floats:
         """All columns (n + k + 4,) where the path stands at s, as what comes next begins."""
         if s < self.length:
             return np.asarray(self.everything(np.array([s]))[0])
         columns = self._last.copy()
-        columns[-4:] += self.beside
+        if self.beside is not None:
+            columns[-4:] += self.beside
         return columns
 
     def rates(self, s: Floats) -> Floats:

@@ -202,7 +202,7 @@ class Interrupting(Tracking):
         above, below = self._put_aside(), interrupted.level
         self._interrupted, self._aside = None, False
         more, axes = _lengths(above) - _lengths(below), below.planner.route.axes
-        axes.beside = axes.beside + more
+        axes.beside = more if axes.beside is None else axes.beside + more
         below.execution.resume(above.execution, float(more[-2]))
         below.mover.override = above.mover.override
         below.breaks.lines = above.breaks.lines

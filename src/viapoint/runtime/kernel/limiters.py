@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Final
 
-import numpy as np
-
 from viapoint.runtime.cell import Cell
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.timing import PROGRAMMED_SPEED, UNLIMITED, TimeLaw
@@ -44,8 +42,8 @@ class Limiters:
         if law is None or last_tick <= first_tick:
             return []
         begin, end = first_tick * self._tick - law.t0, last_tick * self._tick - law.t0
-        first = min(max(int(np.searchsorted(law.t, begin, side="right")) - 1, 0), len(law.limiter) - 1)
-        last = min(max(int(np.searchsorted(law.t, end)), first + 1), len(law.limiter))
+        first = min(max(int(law.t.searchsorted(begin, side="right")) - 1, 0), len(law.limiter) - 1)
+        last = min(max(int(law.t.searchsorted(end)), first + 1), len(law.limiter))
         codes, edges = law.limiter[first:last].tolist(), law.t[first + 1 : last].tolist()
         spans, since = [], begin
         for code, following, until in zip(codes, [*codes[1:], None], [*edges, end], strict=True):

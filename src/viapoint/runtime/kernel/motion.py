@@ -101,7 +101,8 @@ class Mover:
         self._lingers = (0.5 * cell.filter.ticks + 1.0) * cell.tick if cell.filter.ticks else 0.0
         """s for which a programmed speed holds beyond where it is programmed: half of the filter."""
         self._profile = profile(cell.profile)
-        self._known: Memo[tuple[TimeLaw, Floats]] = Memo()
+        self._keyed = self.limits, _key(self.limits)
+        self._known: Memo[tuple[TimeLaw, tuple[float, ...]]] = Memo()
         self._slowing_until = -np.inf  # r up to which a higher override still holds, while slowing down
         self._slowing_from = override
 
@@ -151,22 +152,29 @@ class Mover:
         one lies: parameters are rounded there, and differences over ticks magnify that.
         """
 
-        def planned() -> tuple[TimeLaw, Floats]:
+        def planned() -> tuple[TimeLaw, tuple[float, ...]]:
             law = self._from_rest(leg, 0.0, leg.length)
-            return law, np.abs(leg.derivatives(law.s)[0]).max(axis=0)
+            return law, self._felt(np.abs(leg.derivatives(law.s)[0]).max(axis=0))
 
-        law, rates = self._known.get((self.scale, _key(self._bounds), *leg.key), planned)
-        bounds = self._bounds
-        step = 2.0 * rates * np.spacing(end) / self._tick
-        felt = [
-            float(np.max(step / limit)) * factor
-            for limit, factor in (
-                (bounds.speed, 1.0),
-                (bounds.gentlest, 2.0 / self._tick),
-                (bounds.jerk, 4.0 / self._tick**2),
-            )
-        ]
-        return law if within(law.quality.peaks, felt) else None
+        law, felt = self._known.get((self.scale, self.share, self._limits_key, *leg.key), planned)
+        rounding = math.ulp(end)
+        return law if within(law.quality.peaks, [rounding * each for each in felt]) else None
+
+    @property
+    def _limits_key(self) -> bytes:
+        """Equal for limits that are equal."""
+        limits, key = self._keyed
+        if limits is not self.limits:
+            _, key = self._keyed = self.limits, _key(self.limits)
+        return key
+
+    def _felt(self, rates: Floats) -> tuple[float, ...]:
+        """Part of the limits of speed, acceleration and jerk per m by which set points miss the path, where
+        axes move at most at `rates` (m,).
+        """
+        bounds, tick = self._bounds, self._tick
+        limits = ((bounds.speed, 2.0 / tick), (bounds.gentlest, 4.0 / tick**2), (bounds.jerk, 8.0 / tick**3))
+        return tuple(float((rates / limit).max()) * factor for limit, factor in limits)
 
     def _from_rest(
         self, curve: Leg | Horizon | Lingering, begin: float, end: float, t0: float = 0.0
@@ -341,11 +349,11 @@ class Mover:
         first = first_tick - round(law.t0 / self._tick)
         left = max(math.ceil(law.duration / self._tick - _ROUNDING) - first, 0) + 1
         r = positions(law, first, first + min(left, count) - 1, self._tick)
-        r = np.minimum(r, np.nextafter(law.s_end, -np.inf))  # at the end itself is the tick of arrival alone
-        arrived = left <= count
+        end, arrived = law.s_end, left <= count
+        np.minimum(r, math.nextafter(end, -math.inf), out=r)  # at the end itself is the tick of arrival alone
         if arrived:
-            r[-1] = law.s_end
-        return self.direction * r, arrived
+            r[-1] = end
+        return (r if self.direction > 0.0 else -r), arrived
 
     def rows(self, first_tick: int, count: int) -> Rows:
         """At most `count` ticks from first_tick on, ending early in the tick in which the law is at rest."""

@@ -75,8 +75,7 @@ class OnPath:
         Raises ExecutionError for a time before the end that is longer than the motion.
         """
         call = entry.call
-        if not isinstance(call, Motion) or not call.actions:
-            return []
+        assert isinstance(call, Motion), "only motions have actions"
         if entry.number != self._number:
             self._number, self._waiting = entry.number, list(call.actions)
             self._places, self._timed = {}, set()

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from operator import attrgetter
 from typing import Final, NamedTuple
-
-import numpy as np
 
 from viapoint.runtime.kernel.breaks import Breaks
 from viapoint.runtime.kernel.buffer import Entry
@@ -33,6 +32,9 @@ class Passed(NamedTuple):
     ends_motion: bool = False
     stops: bool = False
     """Whether the robot has to stop for it: what comes after is not known yet."""
+
+
+_row = attrgetter("row")
 
 
 def _nothing() -> None:
@@ -87,9 +89,11 @@ class Passing:
             if passed is not None:
                 ends_motion = isinstance(entry.call, Motion)
                 found.append(Passed(passed, partial(self._execute, entry), ends_motion))
-        return min(found, key=lambda each: each.row, default=None)
+        return min(found, key=_row) if found else None
 
     def _upcoming(self, entry: Entry) -> list[Due]:
+        if not isinstance(entry.call, Motion) or not entry.call.actions:
+            return []
         return self._execution.on_path.upcoming(entry, self._execution.blocks.begin)
 
     def _entry_row(self, entry: Entry, s: Floats, row: int) -> int | None:
@@ -106,7 +110,7 @@ class Passing:
         assert law is not None, "rows belong to a law"
         if abs(place - law.s_end) < ARRIVED:  # an exact stop is reached when the path is at rest
             return len(s) - 1 if s[-1] == law.s_end else None
-        passed = max(row, int(np.searchsorted(s, place)))
+        passed = max(row, int(s.searchsorted(place)))
         return passed if passed < len(s) else None
 
     def _look(self, entry: Entry) -> bool:

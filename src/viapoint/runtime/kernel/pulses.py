@@ -14,7 +14,7 @@ class Pulses:
     @property
     def next_end(self) -> int | None:
         """The tick in which the first of them ends."""
-        return min((tick for tick, _ in self._running.values()), default=None)
+        return min(tick for tick, _ in self._running.values()) if self._running else None
 
     def start(self, pulse: Pulse, until: int) -> None:
         """The pulse begins, and ends in tick `until`."""

@@ -179,7 +179,7 @@ class Route:
 
     def travelled(self, s: float) -> float:
         """TCP length from the start of the route to s, m."""
-        return float(self.axes.everything(np.array([s]))[0, -2])
+        return self.axes.travelled_at(s)
 
     def reaching(self, travelled: float, s_from: float, s_to: float) -> float:
         """s between two places at which the TCP has travelled so far from the start of the route, m."""

@@ -47,14 +47,15 @@ class SignalBank:
 
     def read(self, signal: Signal) -> Value:
         """Present value. Raises KeyError for a signal the cell has not."""
-        self.existing(signal)
         if signal in self._forced:
             return self._forced[signal]
-        return self.written(signal)
+        value = self._values.get(signal)
+        return self._io.at_first(self.existing(signal)) if value is None else value
 
     def written(self, signal: Signal) -> Value:
         """What was written last, also where another value is forced."""
-        return self._values.get(signal, self._io.at_first(signal))
+        value = self._values.get(signal)
+        return self._io.at_first(signal) if value is None else value
 
     def write(self, signal: Signal, value: Value) -> bool:
         """Set a value; True if what is read changed."""

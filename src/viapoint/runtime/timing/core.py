@@ -67,6 +67,12 @@ _MODULES: Final = ("timing._core", "timing._rows", "timing._laws")
 
 def chosen() -> Numerics:
     """Those that VIAPOINT_CORE asks for. Raises ValueError as `runtime.core.chosen`."""
+    return _chosen(core.asked)
+
+
+@cache
+def _chosen(asked: str) -> Numerics:
+    """Those that are chosen while VIAPOINT_CORE asks for that."""
     solving, rowing, lawing = (core.chosen(name) for name in _MODULES)
     if solving is None or rowing is None or lawing is None:
         return TWIN

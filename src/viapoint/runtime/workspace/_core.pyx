@@ -257,6 +257,15 @@ cdef class Rules:
             self.q[k] = coeffs[cell, 0, k] + x * first - second
 
 
+def sure(const double[::1] travel, Py_ssize_t row, const long long[::1] rows, const double[::1] radius):
+    """As `watch.sure`."""
+    cdef Py_ssize_t look
+    cdef double most = 0.0
+    for look in range(rows.shape[0]):
+        most = max(most, radius[look] - fabs(travel[row] - travel[rows[look]]))
+    return most
+
+
 cdef Py_ssize_t _beyond(const double[::1] travel, Py_ssize_t row, double limit) noexcept nogil:
     """The first row, not before `row`, with more travel than `limit`: in leaps, then by halves."""
     cdef Py_ssize_t count = travel.shape[0], leap = 1, middle, end

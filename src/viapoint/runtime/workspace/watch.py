@@ -52,7 +52,7 @@ class Sighting:
 
 
 NOTHING: Final = Sighting(None, ())
-"""Of a stretch so near to what was looked at that it needs no look."""
+"""Of a stretch on which nothing is met, or so near to what was looked at that it needs no look."""
 
 
 class Sure(NamedTuple):
@@ -151,7 +151,8 @@ class Watch:
             self._width = max(self._search.usual(), _LEAST_CLEARANCE)
         else:
             self._search.march(rules, self._room)
-        return Sighting(self._search.violation, self._search.crossings(self._inside))
+        violation, crossings = self._search.violation, self._search.crossings(self._inside)
+        return NOTHING if violation is None and not crossings else Sighting(violation, crossings)
 
     def advance(self, row: int) -> None:
         """The robot has come to row `row` of the stretch looked at; not beyond the first violation."""
@@ -172,15 +173,17 @@ class _Search:
         self._motion = motion
         self._travel = motion.travel
         self._tool = tool
-        self._rows = np.empty(0, dtype=np.int64)  # looked at
-        self._radius = np.empty(0)  # m of travel around each for which it vouches
-        self._within = np.empty((0, len(monitor.exclusive_zones)), dtype=np.bool_)
+        self._rows: Ints  # looked at
+        self._radius: Floats  # m of travel around each for which it vouches
+        self._within: Bools  # (L, E) which exclusive zones the robot is in there
         self._end = len(self._travel)  # rows from here on need no look: the first violation is before
-        self.start = int(np.searchsorted(self._travel, room, side="right"))  # rows before are vouched for
+        self.start = int(self._travel.searchsorted(room, side="right"))  # rows before are vouched for
         self.violation: Violation | None = None
 
     def run(self, width: float) -> None:
         """Rounds of looks at what is undecided, spread evenly."""
+        self._rows, self._radius = np.empty(0, dtype=np.int64), np.empty(0)
+        self._within = np.empty((0, len(self._monitor.exclusive_zones)), dtype=np.bool_)
         pending = np.arange(self.start, self._end)
         count = int(np.clip((self._travel[-1] - self._travel[self.start]) / width, _FEWEST, _MOST))
         while len(pending):
@@ -237,9 +240,9 @@ class _Search:
 
     def crossings(self, inside: Bools) -> tuple[Crossing, ...]:
         """Crossings of exclusive zones, by a robot that comes from where it was `inside` (E,)."""
-        rows = np.arange(self.start, self._end)
-        if not len(inside) or not len(rows):
+        if not len(inside) or self.start >= self._end:
             return ()
+        rows = np.arange(self.start, self._end)
         states = self.states(rows)
         changes = states != np.concatenate((inside[None], states[:-1]))
         zones = self._monitor.exclusive_zones
@@ -250,9 +253,17 @@ class _Search:
 
     def room(self, row: int) -> float:
         """Clearance that is sure in a row."""
-        left = self._radius - np.abs(self._travel[row] - self._travel[self._rows])
-        return float(left.max(initial=0.0))
+        module = core.chosen("workspace._core")
+        return float(
+            (module.sure if module is not None else sure)(self._travel, row, self._rows, self._radius)
+        )
 
     def usual(self) -> float:
         """The mean of the clearances seen."""
         return float(self._radius.mean())
+
+
+def sure(travel: Floats, row: int, rows: Ints, radius: Floats) -> float:
+    """What is sure in a row of `travel` (N,), m, where looks at rows (L,) vouch for that much around them."""
+    left = radius - np.abs(travel[row] - travel[rows])
+    return float(left.max(initial=0.0))
