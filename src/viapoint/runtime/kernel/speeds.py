@@ -64,7 +64,7 @@ def speed_ratio(cells: Tables, before: float, s: Floats, begins: Floats, rules: 
     Within a tick the bound may jump; the larger of its ends is the one that held.
     """
     if (core := chosen("kernel._axes")) is not None:
-        return float(core.speed_ratio(*cells, before, s, begins, rules, _STILL, tick))
+        return float(core.speed_ratio(*cells, before, np.ascontiguousarray(s), begins, rules, _STILL, tick))
     s = np.concatenate(([before], s))
     bound = rate_bounds(cells, s, begins, rules)
     return float((np.diff(s) / tick / np.maximum(bound[1:], bound[:-1])).max())
