@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Final
 
 from viapoint.runtime.cell import Cell
@@ -44,13 +45,12 @@ class Limiters:
         begin, end = first_tick * self._tick - law.t0, last_tick * self._tick - law.t0
         first = min(max(int(law.t.searchsorted(begin, side="right")) - 1, 0), len(law.limiter) - 1)
         last = min(max(int(law.t.searchsorted(end)), first + 1), len(law.limiter))
-        codes, edges = law.limiter[first:last].tolist(), law.t[first + 1 : last].tolist()
-        spans, since = [], begin
-        for code, following, until in zip(codes, [*codes[1:], None], [*edges, end], strict=True):
-            if code != following:
-                spans.append((code, until - since))
-                since = until
-        return [(code, seconds) for code, seconds in spans if seconds > 0.0]
+        codes = law.limiter[first:last]
+        changes = (codes[1:] != codes[:-1]).nonzero()[0]
+        edges = [begin, *law.t[first + 1 + changes].tolist(), end]
+        held = [*codes[changes].tolist(), int(codes[-1])]
+        spans = zip(held, pairwise(edges), strict=True)
+        return [(code, until - since) for code, (since, until) in spans if until > since]
 
     def _name(self, code: int) -> str:
         driven = self._joints + len(self._auxiliary)

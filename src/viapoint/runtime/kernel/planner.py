@@ -320,10 +320,10 @@ class Planner:
             self._take()
             self._resolver.arrive(self.route.axes.q_end)
         resolved = self._resolver.resolve(motion, tag)
-        move = resolved.move
+        move = resolved.move if resolved.move.tag == tag else replace(resolved.move, tag=tag)
         if self._stepping:
             move = replace(move, corner=replace(move.corner, stop=True))
-        self.route.announce(tag, replace(resolved, move=move), motion.line, motion.tool, motion.frame)
+        self.route.announce(tag, resolved, motion.line, motion.tool, motion.frame)
         self._acting.announce(motion.actions, tag, self._last, move)
         self._lines[tag] = motion.line
         self._open = self._last = tag

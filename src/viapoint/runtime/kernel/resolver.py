@@ -95,6 +95,7 @@ class Resolved:
     move: Move
     rule: SpeedRule
     X_flange_tool: Floats
+    X_tool_flange: Floats
     end: Stand
     configuration: int | None = None
     """In which a path move leaves; the path as it will be rounded must not choose another."""
@@ -123,15 +124,16 @@ class Resolver:
         self._sure = True  # that the joints are those in which the path as rounded will end
 
     def resolve(self, motion: Motion, tag: int) -> Resolved:
-        """The move of `motion`, which starts where the last one ended. Raises PlanningError."""
+        """The move of `motion`, which starts where the last one ended. Raises PlanningError.
+
+        It is tagged as when a motion like it was resolved for the first time.
+        """
         found = self._known.get(self._key(motion), lambda: self._resolved(motion, tag))
         resolved, self._doubtful_end, self._sure = found
         self.stand = resolved.end
         self._edge_before = motion.round_edge or 0.0
         self._joint_before = resolved.move.kind is MoveKind.JOINT
-        if resolved.move.tag == tag:
-            return resolved
-        return replace(resolved, move=replace(resolved.move, tag=tag))
+        return resolved
 
     def _key(self, motion: Motion) -> Hashable:
         """All that resolving a motion depends on, besides the cell."""
@@ -229,7 +231,8 @@ class Resolver:
         move = self._joint_line(motion, tag, X_flange_tool, end)
         self._doubtful_end = edge_in_doubt(self.robot, self.stand.q, q_target, motion.round_edge or 0.0, -1)
         rule = UNBOUND if auxiliary_alone(move) else speed_rule(motion, self.cell)
-        return Resolved(move, rule, X_flange_tool, end, segment=programmed(move))
+        tool = X_flange_tool, self._from_tool(X_flange_tool)
+        return Resolved(move, rule, *tool, end, segment=programmed(move))
 
     def _joint_line(self, motion: Motion, tag: int, X_flange_tool: Floats, end: Stand) -> Move:
         move = Move(
@@ -296,11 +299,11 @@ class Resolver:
             reached = end_joints(self.robot, path, self.stand.q, margin)
             self._sure &= reached.sure
             end, configuration = Stand(reached.q, reached.X_base_flange, e), reached.configuration
-        move = self._with_auxiliary(move, e)
+        move, tool = self._with_auxiliary(move, e), (X_flange_tool, self._from_tool(X_flange_tool))
         if auxiliary_alone(move):
-            return Resolved(self._joint_line(motion, tag, X_flange_tool, end), UNBOUND, X_flange_tool, end)
+            return Resolved(self._joint_line(motion, tag, X_flange_tool, end), UNBOUND, *tool, end)
         known = segment if move.e_start is None and move.kind is not MoveKind.SPLINE else None
-        return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end, configuration, known)
+        return Resolved(move, speed_rule(motion, self.cell), *tool, end, configuration, known)
 
     def _tangential(self, motion: Motion, programmed: Move, e: Floats, X_flange_tool: Floats) -> Resolved:
         """A path motion whose tool keeps to the tangent: in which joints it ends is known when it is laid."""
@@ -308,18 +311,17 @@ class Resolver:
         how = Tangential(self.places.frame(motion, e)[:3, :3], self.offset, _orientation(programmed.start))
         start = _pose(self._now(X_flange_tool))
         move = self._with_auxiliary(tangential_move(programmed, _orientation(start), how), e)
+        tool = X_flange_tool, self._from_tool(X_flange_tool)
         if auxiliary_alone(move):
             end = replace(self.stand, e=e)
-            return Resolved(
-                self._joint_line(motion, move.tag, X_flange_tool, end), UNBOUND, X_flange_tool, end
-            )
+            return Resolved(self._joint_line(motion, move.tag, X_flange_tool, end), UNBOUND, *tool, end)
         last = end_pose(replace(programmed, start=start))
         X_end = np.eye(4)
         X_end[:3, :3], X_end[:3, 3] = quaternion_to_matrix(_orientation(last)[None])[0], last.position
-        X_base_flange = X_end @ invert_pose(X_flange_tool)
+        X_base_flange = X_end @ tool[1]
         self._sure = False
         end = Stand(self.stand.q, X_base_flange, e, X_base_flange[:3, :3])
-        return Resolved(move, speed_rule(motion, self.cell), X_flange_tool, end)
+        return Resolved(move, speed_rule(motion, self.cell), *tool, end)
 
     def _now(self, X_flange_tool: Floats) -> Floats:
         """X_base_tcp (4, 4) where the last motion ends, in the orientation that was programmed for it."""

@@ -24,10 +24,10 @@ from viapoint.runtime.kernel.sampling import NearSingular
 from viapoint.runtime.kernel.spans import Division
 from viapoint.runtime.kernel.speeds import SpeedRule
 from viapoint.runtime.kernel.stretch import PathLimits, Stretch
+from viapoint.runtime.memo import Memo
 from viapoint.runtime.path import Chain, Mark, Move, MoveKind, Piece, Space
 from viapoint.runtime.records import Floats, Ints
 from viapoint.runtime.robots import Robot
-from viapoint.runtime.rotations import invert_pose
 
 _GRID: Final = 33
 _NARROWING: Final = 8
@@ -43,7 +43,6 @@ class _Planned:
 
     resolved: Resolved
     line: int
-    X_tool_flange: Floats
     tool: int
     frame: int
 
@@ -70,6 +69,7 @@ class Route:
         self._waiting: list[_Waiting] = []
         self._floor = 0.0  # no way leads back behind it
         self._configuration: int | None = None
+        self._entries: Memo[tuple[int, Floats, Stretch]] = Memo()  # kept so that no id comes again
         self._bounds_at: list[float] = []
         self._rules = GrowingRows(len(SpeedRule._fields))  # beside `_bounds_at`
         self._fastest: list[float] = []  # the speed programmed there, in its motion's measure
@@ -88,7 +88,7 @@ class Route:
 
     def announce(self, tag: int, resolved: Resolved, line: int, tool: int, frame: int) -> None:
         """Say what motion `tag` is, before its pieces are taken."""
-        self._motions[tag] = _Planned(resolved, line, invert_pose(resolved.X_flange_tool), tool, frame)
+        self._motions[tag] = _Planned(resolved, line, tool, frame)
 
     def tool_of(self, tag: int) -> int:
         """The tool of motion `tag`."""
@@ -264,7 +264,8 @@ class Route:
     def _add(self, piece: Piece, following: Piece | None) -> None:
         """Queue a piece; pieces in one configuration are compiled together."""
         motion = self._motions[piece.tag]
-        stretch = Stretch(piece, motion.X_tool_flange, motion.line, self._path_limits(piece, following))
+        limits = self._path_limits(piece, following)
+        stretch = Stretch(piece, motion.resolved.X_tool_flange, motion.line, limits)
         if piece.space is Space.POSE:
             if self._waiting and self._waiting[-1][0].curve.space is Space.JOINT:
                 self._compile()
@@ -327,7 +328,7 @@ class Route:
                 q = self.axes.q_end
                 if (turned := held_turn(self._robot, q, jump)) is None:
                     raise
-                self._turn_in_place(motion, q, turned)
+                self._turn_in_place(motion, stretch.curve.tag, q, turned)
         return self.end, self._divided(stretch)
 
     def _divided(self, stretch: Stretch) -> Division:
@@ -366,19 +367,22 @@ class Route:
 
     def _enter(self, stretch: Stretch, motion: _Planned) -> int:
         """The configuration a path motion starts in; free joints of a singular pose are turned first."""
-        q = self.axes.q_end
-        configuration, q_leaving = leaving_singular(self._robot, stretch, q, motion.resolved.configuration)
+        q, preferred = self.axes.q_end, motion.resolved.configuration
+        configuration, q_leaving, _ = self._entries.get(
+            (stretch.key, q.tobytes(), preferred),
+            lambda: (*leaving_singular(self._robot, stretch, q, preferred), stretch),
+        )
         if np.abs(q_leaving - q).max() > HELD_TURN:
             self.stop_here()
-            self._turn_in_place(motion, q, q_leaving)
+            self._turn_in_place(motion, stretch.curve.tag, q, q_leaving)
         return configuration
 
-    def _turn_in_place(self, motion: _Planned, q: Floats, q_target: Floats) -> None:
+    def _turn_in_place(self, motion: _Planned, tag: int, q: Floats, q_target: Floats) -> None:
         """The TCP is held while the free joints turn to where the path continues (an exact stop follows)."""
         move = motion.resolved.move
         turn = Move(
             kind=MoveKind.JOINT,
-            tag=move.tag,
+            tag=tag,
             start=move.start,
             target=move.start,
             q_start=q,
@@ -394,7 +398,7 @@ class Route:
         for piece in pieces:
             start = self.end
             self.axes.follow(
-                Stretch(piece, motion.X_tool_flange, motion.line, PathLimits.FREE), 0, (True, True)
+                Stretch(piece, motion.resolved.X_tool_flange, motion.line, PathLimits.FREE), 0, (True, True)
             )
             self._bound([start], [(motion, True)])
             self.ends.append(self.end)

@@ -33,9 +33,10 @@ class SpeedRule(NamedTuple):
 
     def on(self, *, joint_space: bool) -> SpeedRule:
         """The rule on a piece of path: what does not bound it is inf."""
+        joint, linear, angular, *fallback = self
         if joint_space:
-            return self._replace(fallback_linear=np.inf, fallback_angular=np.inf)
-        return self._replace(joint=np.inf, fallback_joint=np.inf)
+            return SpeedRule(joint, linear, angular, fallback[0], np.inf, np.inf)
+        return SpeedRule(np.inf, linear, angular, np.inf, *fallback[1:])
 
 
 UNBOUND: Final = SpeedRule(*([np.inf] * 6))

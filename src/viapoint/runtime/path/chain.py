@@ -6,7 +6,6 @@ neighbour with the one after. Finished pieces never change.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,8 +13,9 @@ import numpy as np
 from viapoint.runtime.path.alignment import aligned, alignment, in_place, same
 from viapoint.runtime.path.corners import Corners, Passage, Reason
 from viapoint.runtime.path.errors import GeometryError
-from viapoint.runtime.path.moves import Corner, Floats, Move, MoveKind, Pose, Tangential
+from viapoint.runtime.path.moves import Corner, Floats, Move, MoveKind, Pose, Tangential, require_finite
 from viapoint.runtime.path.piece import Piece
+from viapoint.runtime.path.rates import norm
 from viapoint.runtime.path.segments import PoseSegment, Segment
 from viapoint.runtime.path.shapes import end_pose, is_zero, shape_alone, turns_in_place
 from viapoint.runtime.path.splines import Neighbour, spline
@@ -83,7 +83,8 @@ class Chain:
         `segment` is its geometry where that is known already and needs no neighbours. Raises GeometryError
         E306 where a circle has no geometry; the chain is then unchanged.
         """
-        _require_finite(move)
+        if segment is None:
+            require_finite(move)
         self._require_joined(move)
         if segment is None and is_zero(move):
             self._pass_over(move)
@@ -237,7 +238,7 @@ class Chain:
 
     def _require_joined(self, move: Move) -> None:
         if self._end is not None:
-            gap = float(np.linalg.norm(move.start.position - self._end.position))
+            gap = norm(move.start.position - self._end.position)
             if gap > LARGEST_GAP:
                 raise ValueError(f"motion {move.tag} starts {gap:.3g} m from the end of the one before")
 
@@ -261,13 +262,3 @@ def _merged(first: Corner, second: Corner) -> Corner:
         return Corner(stop, 0.0)
     rounded = second if first.radius is None else first
     return replace(rounded, stop=stop)
-
-
-def _require_finite(move: Move) -> None:
-    numbers: list[Floats | None] = [move.q_start, move.q_target, move.e_start, move.e_target]
-    for pose in (move.start, move.target, move.via):
-        if pose is not None:
-            numbers += [pose.position, pose.quaternion]
-    given = [array for array in numbers if array is not None]
-    if not np.isfinite(np.concatenate(given)).all() or not math.isfinite(move.angle or 0.0):
-        raise ValueError(f"the {move.kind.value} {move.tag} has a number that is not finite")

@@ -5,6 +5,7 @@ SI units, radians, base frame, quaternions w x y z.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum, unique
@@ -113,3 +114,14 @@ class Move:
     z_axis: Floats = field(default_factory=_base_z)  # (3,) +Z of the frame, decides half turns
     corner: Corner = Corner()
     tangential: Tangential | None = None
+
+
+def require_finite(move: Move) -> None:
+    """Raises ValueError where a move has a number that is not finite: it has no geometry."""
+    numbers: list[Floats | None] = [move.q_start, move.q_target, move.e_start, move.e_target]
+    for pose in (move.start, move.target, move.via):
+        if pose is not None:
+            numbers += [pose.position, pose.quaternion]
+    given = [array for array in numbers if array is not None]
+    if not np.isfinite(np.concatenate(given)).all() or not math.isfinite(move.angle or 0.0):
+        raise ValueError(f"the {move.kind.value} {move.tag} has a number that is not finite")

@@ -13,7 +13,7 @@ import numpy as np
 
 from viapoint.runtime.path.curves import Bezier, Profile, joining
 from viapoint.runtime.path.keys import free_rate, passing_rate
-from viapoint.runtime.path.moves import Floats, Move, MoveKind
+from viapoint.runtime.path.moves import Floats, Move, MoveKind, require_finite
 from viapoint.runtime.path.rates import shortest_turn
 from viapoint.runtime.path.segments import PoseSegment, Segment
 from viapoint.runtime.path.shapes import (
@@ -58,8 +58,9 @@ def spline(move: Move, before: Neighbour | None, after: Neighbour | None) -> Pos
 def programmed(move: Move) -> Segment | None:
     """A motion's geometry by itself, without neighbours or round edges; None if nothing moves in it.
 
-    Raises GeometryError where the motion has no geometry.
+    Raises GeometryError where the motion has no geometry, ValueError where a number is not finite.
     """
+    require_finite(move)
     if is_zero(move):
         return None
     return shape_alone(move) or spline(move, None, None)
