@@ -5,11 +5,17 @@ Legs that come again, as in a loop, are the same numbers wherever they lie on th
 
 from __future__ import annotations
 
+from functools import cached_property
+from typing import Final
+
 import numpy as np
 
 from viapoint.runtime.kernel.chebyshev import Tables, evaluate
 from viapoint.runtime.kernel.speeds import rate_bounds
 from viapoint.runtime.records import Floats, Ints
+
+_LENGTHS: Final = 4
+"""Columns of lengths, the last of the cells."""
 
 
 class Leg:
@@ -21,15 +27,31 @@ class Leg:
     """
 
     def __init__(self, widths: Floats, table: Floats, first_cells: Ints, rules: Floats) -> None:
-        ends = np.cumsum(widths)
-        starts = np.concatenate(([0.0], ends[:-1]))
-        self._cells, self._rules = Tables(starts, widths, _from_zero(table)), rules
-        self._begins = starts[first_cells]
-        self.length = float(ends[-1])
-        self.breaks = self._begins[1:]
-        coeffs = self._cells.table[:, 0]
+        self._widths, self._table, self._first_cells, self._rules = widths, table, first_cells, rules
+        coeffs = table[:, 0].copy()
+        coeffs[:, 0, -_LENGTHS:] = 0.0
         self.key = (widths.tobytes(), coeffs.tobytes(), first_cells.tobytes(), rules.tobytes())
         """Equal for legs that are the same."""
+
+    @cached_property
+    def _cells(self) -> Tables:
+        """Made when they are asked for: of a leg whose law is known the key is enough."""
+        starts = np.concatenate(([0.0], np.cumsum(self._widths)[:-1]))
+        return Tables(starts, self._widths, _from_zero(self._table))
+
+    @cached_property
+    def _begins(self) -> Floats:
+        return self._cells.starts[self._first_cells]
+
+    @property
+    def breaks(self) -> Floats:
+        """Places inside where a piece of path begins."""
+        return self._begins[1:]
+
+    @cached_property
+    def length(self) -> float:
+        """m."""
+        return float(self._cells.starts[-1] + self._widths[-1])
 
     def values(self, r: Floats) -> Floats:
         """(N,) → (N, m - 2)."""
@@ -51,7 +73,7 @@ class Leg:
 def _from_zero(table: Floats) -> Floats:
     """Cells whose last four columns go on from each other, from 0 on."""
     result = table.copy()
-    lengths = result[:, 0, :, -4:]
+    lengths = result[:, 0, :, -_LENGTHS:]
     lengths[:, 0] = 0.0
     signs = (-1.0) ** np.arange(lengths.shape[1])
     at_start = (signs[:, None] * lengths).sum(axis=1)
