@@ -191,11 +191,14 @@ cdef inline double _bound(
     cdef double rates[2]
     cdef const double *rule
     cdef double x, bound
-    cell[0], piece[0] = _cell(starts, s, cell[0]), _cell(begins, s, piece[0])
+    piece[0] = _cell(begins, s, piece[0])
+    rule = &rules[piece[0], 0]
+    if rule[1] == INFINITY and rule[2] == INFINITY and isfinite(rule[0]):
+        return rule[0]  # whatever the rates are
+    cell[0] = _cell(starts, s, cell[0])
     x = min(max(2.0 * (s - starts[cell[0]]) / widths[cell[0]] - 1.0, -1.0), 1.0)
     polynomials(x, basis)
     sums(basis, &table[cell[0], 1, 0, axes - 2], axes, 2, rates)
-    rule = &rules[piece[0], 0]
     bound = min(_slowest(rule + 1, rates[0], rates[1], still), rule[0])
     if not isfinite(bound):
         bound = min(_slowest(rule + 4, rates[0], rates[1], still), rule[3])

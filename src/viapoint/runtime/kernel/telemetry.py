@@ -147,7 +147,9 @@ class Telemetry:
         return position, quaternion
 
     def _times(self, first: int, count: int) -> Floats:
-        return np.arange(first, first + count, dtype=np.float64) * self._cell.tick
+        times = np.arange(first, first + count, dtype=np.float64)
+        times *= self._cell.tick
+        return times
 
 
 def _steps(x: Floats, before: float) -> Floats:

@@ -25,7 +25,8 @@ def grid(travel: float, thinnest: float) -> Floats:
     count = int(min(max(np.ceil(travel / spacing), 1), _MOST_PLACES))
     if travel <= 0.0:
         return np.zeros(1)
-    places = np.arange(1.0, count + 1.0) * (travel / count)
+    places = np.arange(1.0, count + 1.0)
+    places *= travel / count
     places[-1] = travel
     return places
 
