@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from viapoint.runtime.recording import Axis, Recorder, RunInfo
-from viapoint.runtime.recording.mcapwriter import HEAD_SIZE, McapWriter, Topic
+from viapoint.runtime.recording.mcapwriter import McapWriter, Topic
 from viapoint.runtime.records import Window
 
 SECONDS = 60
@@ -87,9 +87,8 @@ def with_ours(path: Path, payload: Messages) -> None:
             writer.message("/0", part[0][1], part[0][2])
             for topic in (1, 2):
                 alike = [(data, at) for number, data, at in part if number == topic]
-                data = b"".join(bytes(HEAD_SIZE) + data for data, _ in alike)
-                rows = np.frombuffer(bytearray(data), np.uint8).reshape(RATE, -1)
-                writer.messages(f"/{topic}", rows, np.array([at for _, at in alike]))
+                rows = np.frombuffer(b"".join(data for data, _ in alike), np.uint8).reshape(RATE, -1)
+                writer.room(f"/{topic}", rows.shape[1], np.array([at for _, at in alike]))[:] = rows
             writer.flush()
 
 
@@ -145,6 +144,7 @@ def windows(size: int = 512) -> list[Window]:
                 auxiliary=np.zeros((size, 0)),
                 position=joints[:, :3],
                 quaternion=np.tile([1.0, 0, 0, 0], (size, 1)),
+                torque=np.zeros((size, 0)),
                 deviation=np.zeros(size),
             )
         )

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from viapoint.runtime import core
 from viapoint.runtime.recording import RecordingError, load_recording
 from viapoint.runtime.records import Window
 
@@ -24,6 +26,27 @@ def test_reads_back_what_was_written(run, tmp_path: Path) -> None:
     assert recording.info == run.info
     assert recording.result == {"status": "finished"}
     assert recording.problem is None
+
+
+@pytest.mark.parametrize("size", [300, 2500])
+def test_reads_back_drives_that_lag_auxiliary_axes_and_torques(
+    make_run, size: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, rng = make_run(4700), np.random.default_rng(2)
+    moved = np.asfortranarray(run.window.joints)
+    lagging = moved.copy()
+    lagging[3000:3200] -= 1e-3
+    more = {"auxiliary": rng.normal(size=(4701, 1)), "torque": rng.normal(size=(4701, 8))[:, 1:7]}
+    run = replace(run, window=replace(run.window, joints=moved, actual=lagging, **more))
+    written = []
+    for name in ("python", "auto"):
+        monkeypatch.setattr(core, "asked", name)
+        run.record(tmp_path / name, size)
+        written.append((tmp_path / name).read_bytes())
+    trace = load_recording(tmp_path / "auto").trace
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(trace, name), getattr(run.window, name), err_msg=name)
+    assert written[0] == written[1]
 
 
 @pytest.mark.parametrize("size", [1, 7, 512, 1024, 5000])

@@ -13,7 +13,7 @@ from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
 from viapoint.runtime import core
-from viapoint.runtime.recording.mcapwriter import HEAD_SIZE, McapWriter, Topic
+from viapoint.runtime.recording.mcapwriter import McapWriter, Topic
 from viapoint.runtime.recording.scene import frame_values
 from viapoint.runtime.recording.wire import Template, bytes_field, double_field, message_field, time_field
 
@@ -36,11 +36,16 @@ def write(path: Path, seed: int) -> Told:
                     writer.message(topic, data, at)
                     told.append((topic, at, data))
                 else:
-                    rows = np.frombuffer(draw.randbytes(4 * HEAD_SIZE + 40), np.uint8).reshape(4, -1).copy()
+                    rows = np.frombuffer(draw.randbytes(40), np.uint8).reshape(4, -1)
                     stamps = at + np.arange(4) * 7
-                    writer.messages(topic, rows, stamps)
-                    data = [row[HEAD_SIZE:].tobytes() for row in rows]
-                    told += [(topic, int(t), d) for t, d in zip(stamps, data, strict=True)]
+                    writer.room(topic, 10, stamps)[:] = rows
+                    told += [(topic, int(t), d.tobytes()) for t, d in zip(stamps, rows, strict=True)]
+                if draw.random() < 0.3:
+                    data, spare = draw.randbytes(draw.randint(0, 90_000)), draw.randint(0, 90_000)
+                    room = writer.room(topic, len(data) + spare, np.array([at]))[0]
+                    room[: len(data)] = np.frombuffer(data, np.uint8)
+                    writer.shorten(len(room), len(data))
+                    told.append((topic, at, data))
             writer.attach(f"text{block}", "text/plain", "ä" * block)
             writer.flush()
     return told
@@ -144,7 +149,8 @@ def test_templates_are_the_same_in_both_cores(monkeypatch: pytest.MonkeyPatch) -
     rows = []
     for name in ("python", "auto"):
         monkeypatch.setattr(core, "asked", name)
-        rows.append(template.encode(stamps, values, 5)[:, 5:])
+        rows.append(np.empty((20, 5 + template.size), np.uint8)[:, 5:])
+        template.encode(stamps, values, rows[-1])
     assert np.array_equal(rows[0], rows[1])
 
 

@@ -1,19 +1,25 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Compiled core of the recorder: numbers into message templates, links into frames, checksums.
+"""Compiled core of the recorder: ticks into blocks, numbers into message templates, links into frames, checksums.
 
-Twins: `wire.encode`, `mcapwriter.address`, `zlib.crc32`, and `link_frames` with `chained` in `scene`. The same bytes: it is
-built for machines whose numbers begin with the lowest byte, as those in the file do.
+Twins: `fill`, `motion` and `changes` of `blocks`, `wire.encode`, `mcapwriter.address`, `zlib.crc32`, and
+`link_frames` with `chained` in `scene`. The same bytes: it is built for machines whose numbers begin with the
+lowest byte, as those in the file do.
 """
 
 import zlib
 
 import numpy as np
 
+from cpython.buffer cimport PyBUF_FORMAT, PyBUF_STRIDED_RO, PyBuffer_Release, PyObject_GetBuffer
 from libc.math cimport sqrt
 from libc.string cimport memcpy
 
 from viapoint.runtime.recording import scene as _twin
 from viapoint.runtime.recording import wire as _wire
+
+cdef extern from "_loose.h":
+    ctypedef double loose_double
+    ctypedef int loose_int
 
 cdef extern from "_fold.h" nogil:
     const int LANES
@@ -26,6 +32,89 @@ cdef double DOWNWARD = _twin.DOWNWARD
 cdef int PADDED_VARINT = _wire.PADDED_VARINT
 cdef long long NANOSECONDS = _wire.NANOSECONDS
 cdef unsigned int START = 0xFFFFFFFF  # the state a CRC begins in; zlib's argument is its inverse
+
+
+def fill(
+    unsigned char[::1] message, const long long[::1] starts, tuple values, Py_ssize_t at, Py_ssize_t start,
+    Py_ssize_t count
+):
+    """As `blocks.fill`, of doubles and 64-bit integers; raises TypeError for others."""
+    cdef Py_buffer view
+    cdef Py_ssize_t k
+    for k in range(len(values)):
+        PyObject_GetBuffer(values[k], &view, PyBUF_STRIDED_RO | PyBUF_FORMAT)
+        try:
+            _put(&view, &message[0] + starts[k], at, start, count)
+        finally:
+            PyBuffer_Release(&view)
+
+
+cdef int _put(
+    const Py_buffer *view, unsigned char *out, Py_ssize_t at, Py_ssize_t start, Py_ssize_t count
+) except -1:
+    """Rows of one array."""
+    cdef Py_ssize_t width = view.shape[1] if view.ndim == 2 else 1, down = view.strides[0], i, k
+    cdef Py_ssize_t across = view.strides[1] if view.ndim == 2 else view.itemsize
+    cdef const char *row = <const char *>view.buf + start * down
+    cdef char kind = view.format[0]
+    cdef loose_double *doubles = <loose_double *>out + at * width
+    cdef loose_int *numbers = <loose_int *>out + at * width
+    if view.itemsize != sizeof(double) or kind not in (c"d", c"l", c"q"):
+        raise TypeError(f"a window's arrays are of doubles and of 64-bit integers, not of {view.format!r}")
+    if kind != c"d":
+        for i in range(count):
+            for k in range(width):
+                numbers[i * width + k] = <int>(<const long long *>(row + i * down + k * across))[0]
+    elif across == view.itemsize and down == width * view.itemsize:
+        memcpy(doubles, row, count * down)
+    else:
+        for i in range(count):
+            for k in range(width):
+                doubles[i * width + k] = (<const double *>(row + i * down + k * across))[0]
+    return 0
+
+
+def motion(
+    const loose_double[:, ::1] actual, const double[:, ::1] before, Py_ssize_t first, Py_ssize_t stride, double tick_s
+):
+    """As `blocks.motion`."""
+    cdef Py_ssize_t count = max(0, (actual.shape[0] - first + stride - 1) // stride), n = actual.shape[1], i, k, row
+    cdef double now, last, first_of_all, speed
+    result = np.empty((count, n, 3))
+    cdef double[:, :, ::1] out = result
+    for i in range(count):
+        row = first + i * stride
+        for k in range(n):
+            now = actual[row, k]
+            last = actual[row - 1, k] if row > 0 else before[1, k]
+            first_of_all = actual[row - 2, k] if row > 1 else before[row, k]
+            speed = (now - last) / tick_s
+            out[i, k, 0], out[i, k, 1] = now, speed
+            out[i, k, 2] = (speed - (last - first_of_all) / tick_s) / tick_s
+    return result
+
+
+def changes(
+    const loose_int[::1] line, const loose_int[::1] ahead, const loose_double[::1] speed,
+    const loose_double[:, ::1] joints, const double[::1] before, double standing
+):
+    """As `blocks.changes`."""
+    cdef Py_ssize_t i, k
+    cdef bint moves, moved = False
+    cdef double step, total
+    found = []
+    for i in range(line.shape[0]):
+        moves = speed[i] > standing
+        if not moves:
+            total = 0.0
+            for k in range(joints.shape[1]):
+                step = joints[i, k] - (joints[i - 1, k] if i > 0 else before[k])
+                total += step * step
+            moves = sqrt(total) > standing
+        if i == 0 or line[i] != line[i - 1] or ahead[i] != ahead[i - 1] or moves != moved:
+            found.append((i, line[i], ahead[i], moves))
+        moved = moves
+    return found
 
 
 def encode(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
@@ -52,22 +52,19 @@ class _Op(IntEnum):
     DATA_END = 0x0F
 
 
-_HEAD: Final = np.dtype(
-    [
-        ("op", "u1"),
-        ("length", "<u8"),
-        ("channel", "<u2"),
-        ("sequence", "<u4"),
-        ("logged", "<u8"),
-        ("published", "<u8"),
-    ]
-)
-"""What stands before the data of a message."""
+_MESSAGE: Final = int(_Op.MESSAGE)
+_HEAD: Final = struct.Struct("<BQHIQQ")
+"""What stands before the data of a message: opcode, length, channel, sequence, logged, published."""
 
-_HEAD_FORMAT: Final = "<BQHIQQ"
-HEAD_SIZE: Final = _HEAD.itemsize
+HEAD_SIZE: Final = _HEAD.size
 _PREFIX: Final = 9
 """Bytes of a record before its content: opcode and length."""
+
+_PLACE: Final = struct.Struct("<QQ")
+"""Of a message in the index: time and where in the chunk it begins."""
+
+_ROOM: Final = 1 << 16
+"""Bytes of a chunk to begin with; it grows to the largest there is and is filled again and again."""
 
 _NO_CRC: Final = 0
 """Of the data section as a whole: every chunk and attachment has its own."""
@@ -89,26 +86,33 @@ class Topic:
 
 @dataclass(slots=True)
 class _Chunk:
-    """Messages that wait to be written, and where each begins."""
+    """Messages that wait to be written, one behind the other in `raw`, and where each begins."""
 
-    parts: list[Buffer] = field(default_factory=list)
+    raw: memoryview = field(default_factory=lambda: np.empty(_ROOM, np.uint8).data)
     size: int = 0
     first: int = 0  # ns
     last: int = 0
-    index: dict[int, list[bytes]] = field(default_factory=dict)  # by channel
+    index: dict[int, bytearray] = field(default_factory=dict)  # by channel
 
-    def add(self, channel: int, data: bytes, index: bytes, first: int, last: int) -> None:
-        """`index`: time and offset of every message in `data`."""
-        self.first = min(self.first, first) if self.parts else first
-        self.last = max(self.last, last) if self.parts else last
-        self.parts.append(data)
-        self.size += len(data)
-        self.index.setdefault(channel, []).append(index)
+    def room(self, size: int) -> int:
+        """Where so many bytes more begin."""
+        start, end = self.size, self.size + size
+        if end > len(self.raw):
+            grown = np.empty(max(end, 2 * len(self.raw)), np.uint8).data
+            grown[:start] = self.raw[:start]
+            self.raw = grown
+        self.size = end
+        return start
 
-    def go_on(self, parts: Sequence[Buffer], size: int) -> None:
-        """The rest of the message added last, in parts of so many bytes together."""
-        self.parts += parts
-        self.size += size
+    def note(self, channel: int, index: Buffer, first: int, last: int) -> None:
+        """`index`: time and offset of every message added, the first and last of these times beside."""
+        self.first = min(self.first, first) if self.index else first
+        self.last = max(self.last, last) if self.index else last
+        self.index.setdefault(channel, bytearray()).extend(index)
+
+    def clear(self) -> None:
+        self.size = 0
+        self.index.clear()
 
 
 class McapWriter:
@@ -139,30 +143,35 @@ class McapWriter:
             self._summary.setdefault(op, []).append(record)
             self._write(record)
 
-    def message(self, topic: str, data: Buffer | Sequence[Buffer], nanoseconds: int) -> None:
-        """One message, whole or in parts, with the next chunk; they are not to be changed before it ends."""
-        parts = [data] if isinstance(data, Buffer) else data
-        channel, size = self._channels[topic], sum(memoryview(part).nbytes for part in parts)
-        length, count = HEAD_SIZE - _PREFIX + size, self._counts[channel]
-        head = struct.pack(_HEAD_FORMAT, _Op.MESSAGE, length, channel, count, nanoseconds, nanoseconds)
-        index = struct.pack("<QQ", nanoseconds, self._chunk.size)
+    def message(self, topic: str, data: bytes, nanoseconds: int) -> None:
+        """One message with the next chunk."""
+        channel, chunk, size = self._channels[topic], self._chunk, HEAD_SIZE + len(data)
+        count, at = self._counts[channel], chunk.room(size)
+        _HEAD.pack_into(chunk.raw, at, _MESSAGE, size - _PREFIX, channel, count, nanoseconds, nanoseconds)
+        chunk.raw[at + HEAD_SIZE : at + size] = data
         self._counts[channel] += 1
-        self._chunk.add(channel, head, index, nanoseconds, nanoseconds)
-        self._chunk.go_on(parts, size)
+        chunk.note(channel, _PLACE.pack(nanoseconds, at), nanoseconds, nanoseconds)
 
-    def messages(self, topic: str, rows: Bytes, nanoseconds: Stamps) -> None:
-        """Messages of one length (N, HEAD_SIZE + L), in ascending order of their times (N,).
+    def room(self, topic: str, size: int, nanoseconds: Stamps) -> Bytes:
+        """Room (N, `size`) for messages at times (N,) that ascend, N at least 1.
 
-        What stands before the data in each row is filled in.
+        To be filled in before anything else is told.
         """
-        count = len(rows)
-        if not count:
-            return
+        count, chunk = len(nanoseconds), self._chunk
         channel, module = self._channels[topic], core.chosen("recording._core")
+        at = chunk.room(count * (HEAD_SIZE + size))
+        rows = np.ndarray((count, HEAD_SIZE + size), np.uint8, chunk.raw, at)
         addressed = address if module is None else module.address
-        index = addressed(rows, _Op.MESSAGE, channel, self._counts[channel], nanoseconds, self._chunk.size)
+        index = addressed(rows, _MESSAGE, channel, self._counts[channel], nanoseconds, at)
         self._counts[channel] += count
-        self._chunk.add(channel, rows.tobytes(), index.tobytes(), int(nanoseconds[0]), int(nanoseconds[-1]))
+        chunk.note(channel, index.data.cast("B"), int(nanoseconds[0]), int(nanoseconds[-1]))
+        return rows[:, HEAD_SIZE:]
+
+    def shorten(self, room: int, size: int) -> None:
+        """The message that was given so much room last has become so many bytes."""
+        self._chunk.size -= room - size
+        start = self._chunk.size - size - HEAD_SIZE
+        struct.pack_into("<BQ", self._chunk.raw, start, _MESSAGE, HEAD_SIZE - _PREFIX + size)
 
     def attach(self, name: str, media_type: str, text: str) -> None:
         """A text that belongs to the recording."""
@@ -184,26 +193,25 @@ class McapWriter:
 
     def flush(self) -> None:
         """End the chunk."""
-        if self._chunk.parts:
+        if self._chunk.size:
             self._write_chunk(self._chunk)
-            self._chunk = _Chunk()
+            self._chunk.clear()
         self._file.flush()
 
     def _write_chunk(self, chunk: _Chunk) -> None:
-        raw = b"".join(chunk.parts)
+        raw, module = chunk.raw[: chunk.size], core.chosen("recording._core")
+        checksum = zlib.crc32(raw) if module is None else module.crc32(raw)
         packed = lz4.frame.compress(raw, compression_level=_LEVEL, block_linked=False)
         times, start = struct.pack("<QQ", chunk.first, chunk.last), self._at
-        module = core.chosen("recording._core")
-        checksum = zlib.crc32(raw) if module is None else module.crc32(raw)
         head = times + struct.pack("<QI", len(raw), checksum) + _text("lz4")
         head += struct.pack("<Q", len(packed))
         self._write(struct.pack("<BQ", _Op.CHUNK, len(head) + len(packed)) + head)
         self._write(packed)
-        length, offsets = self._at - start, b""
+        length, offsets, indexes = self._at - start, b"", b""
         for channel, places in sorted(chunk.index.items()):
-            offsets += struct.pack("<HQ", channel, self._at)
-            index = struct.pack("<H", channel) + _blob(b"".join(places))
-            self._write(_record(_Op.MESSAGE_INDEX, index))
+            offsets += struct.pack("<HQ", channel, self._at + len(indexes))
+            indexes += _record(_Op.MESSAGE_INDEX, struct.pack("<H", channel) + _blob(places))
+        self._write(indexes)
         place = struct.pack("<QQ", start, length) + _blob(offsets)
         sizes = struct.pack("<Q", self._at - start - length) + _text("lz4")
         self._note(_Op.CHUNK_INDEX, times + place + sizes + struct.pack("<QQ", len(packed), len(raw)))
@@ -260,19 +268,18 @@ class McapWriter:
 def address(rows: Bytes, op: int, channel: int, sequence: int, nanoseconds: Stamps, offset: int) -> Stamps:
     """Fill in the heads of messages that begin at `offset` of a chunk; time and offset (N, 2) of each."""
     count, size = rows.shape
-    head = np.empty(count, _HEAD)
-    head["op"], head["length"], head["channel"] = op, size - _PREFIX, channel
-    head["sequence"] = np.arange(sequence, sequence + count)
-    head["logged"] = head["published"] = nanoseconds
-    rows[:, :HEAD_SIZE] = head.view(np.uint8).reshape(count, -1)
-    return np.stack((nanoseconds, offset + size * np.arange(count)), axis=1).astype("<i8")
+    places = np.stack((nanoseconds, offset + size * np.arange(count)), axis=1).astype("<i8")
+    for k, at in enumerate(nanoseconds.tolist()):
+        head = _HEAD.pack(op, size - _PREFIX, channel, sequence + k, at, at)
+        rows[k, :HEAD_SIZE] = np.frombuffer(head, np.uint8)
+    return places
 
 
-def _record(op: _Op, content: bytes) -> bytes:
+def _record(op: int, content: bytes) -> bytes:
     return struct.pack("<BQ", op, len(content)) + content
 
 
-def _blob(data: bytes) -> bytes:
+def _blob(data: bytes | bytearray) -> bytes:
     return struct.pack("<I", len(data)) + data
 
 

@@ -13,32 +13,29 @@ from types import TracebackType
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
-from ..records import Event, Ints, Window
+from ..records import Event, Window
 from . import layouts, scene
-from .blocks import BlockBuilder, Joined
+from .blocks import Block, BlockBuilder
 from .info import Floats, RunInfo, Skeleton
-from .mcapwriter import HEAD_SIZE, McapWriter, Topic
+from .mcapwriter import Bytes, McapWriter, Stamps, Topic
 from .schemas import JSON_SCHEMAS, TRACE_SCHEMA, trace_descriptor
 from .wire import NANOSECONDS, Template, bytes_field, double_field, message_field, time_field
-
-Rows = npt.NDArray[np.intp]
 
 RATE_HZ = 50.0  # of /tf and /joint_states; viewers complain above 60
 STANDING = 1e-9  # m/s and rad per tick; below this nothing moves
 
+TRACE = "/trace"
 JOINT_STATES = "/joint_states"
 JOINT_STATES_ROS = "/joint_states_ros"
 _ENCODER = json.JSONEncoder(separators=(",", ":"), default=float, check_circular=False)
-_LINES = 1 << 31  # more than a program has, so that two lines make one number
 LOG_LEVELS = {"message": "Info", "error": "Error"}
 
 
 def _topics(*, ros: bool) -> tuple[Topic, ...]:
     from foxglove.messages import FrameTransforms, JointStates, Log, SceneUpdate
 
-    topics = [Topic("/trace", TRACE_SCHEMA, "protobuf", trace_descriptor())]
+    topics = [Topic(TRACE, TRACE_SCHEMA, "protobuf", trace_descriptor())]
     for name, message in (
         ("/tf", FrameTransforms),
         ("/scene", SceneUpdate),
@@ -76,7 +73,7 @@ class Recorder:
         self._skeleton = skeleton
         self._ros = ros
         self._stride = max(1, round(1.0 / (RATE_HZ * info.tick_s)))
-        self._blocks = BlockBuilder()
+        self._blocks = BlockBuilder(self._trace_room)
         self._events: list[Event] = []
         self._previous = (0, 0, "")  # line, interpreter line and state last told
         self._planned: list[Floats] = []  # pieces of path that wait to be drawn
@@ -139,12 +136,17 @@ class Recorder:
     def _nanoseconds(self, tick: int) -> int:
         return round(tick * self._info.tick_s * NANOSECONDS)
 
-    def _write_block(self, block: Joined) -> None:
+    def _trace_room(self, tick: int, size: int) -> Bytes:
+        room: Bytes = self._file.room(TRACE, size, np.array([self._nanoseconds(tick)]))[0]
+        return room
+
+    def _write_block(self, block: Block) -> None:
         at = self._nanoseconds(block.first_tick)
-        self._file.message("/trace", block.encode(), at)
-        rows = np.arange(-block.first_tick % self._stride, len(block), self._stride)
-        stamps = np.rint((block.first_tick + rows) * (self._info.tick_s * NANOSECONDS)).astype(np.int64)
-        if len(rows):
+        self._file.shorten(block.room, block.size)
+        rows = slice(-block.first_tick % self._stride, len(block), self._stride)
+        ticks = np.arange(block.first_tick + rows.start, block.first_tick + len(block), self._stride)
+        if len(ticks):
+            stamps = np.rint(ticks * (self._info.tick_s * NANOSECONDS)).astype(np.int64)
             self._write_joints(block, rows, stamps)
             self._write_frames(block, rows, stamps)
             self._write_travelled(block, rows, self._nanoseconds(block.first_tick + len(block) - 1))
@@ -153,13 +155,15 @@ class Recorder:
         self._write_events(block.first_tick + len(block))
         self._file.flush()
 
-    def _write_joints(self, block: Joined, rows: Rows, stamps: Ints) -> None:
-        values = np.stack((block.actual[rows], *block.derivatives(rows, self._info.tick_s)), axis=-1)
-        messages = self._joint_template.encode(stamps, values.reshape(len(rows), -1), HEAD_SIZE)
-        self._file.messages(JOINT_STATES, messages, stamps)
+    def _write_joints(self, block: Block, rows: slice, stamps: Stamps) -> None:
+        values = block.motion(rows.start, self._stride, self._info.tick_s)
+        self._write_alike(JOINT_STATES, self._joint_template, stamps, values.reshape(len(stamps), -1))
         if self._ros:
             for stamp, row in zip(stamps.tolist(), values.tolist(), strict=True):
                 self._file.message(JOINT_STATES_ROS, self._ros_state(stamp, row), stamp)
+
+    def _write_alike(self, topic: str, template: Template, stamps: Stamps, values: Floats) -> None:
+        template.encode(stamps, values, self._file.room(topic, template.size, stamps))
 
     def _ros_state(self, stamp: int, row: list[list[float]]) -> bytes:
         seconds, rest = divmod(stamp, NANOSECONDS)
@@ -173,24 +177,29 @@ class Recorder:
             }
         )
 
-    def _write_frames(self, block: Joined, rows: Rows, stamps: Ints) -> None:
+    def _write_frames(self, block: Block, rows: slice, stamps: Stamps) -> None:
         """Links as a chain from the base; the tool hangs at the base too: it shows the TCP as sent."""
-        points = np.zeros((len(rows), 1, 3))
+        points = np.zeros((len(stamps), 1, 3))
         if self._skeleton is not None:
-            points = np.asarray(self._skeleton(block.actual[rows]))
+            points = np.asarray(self._skeleton(block.column("actual")[rows].copy()))
         if self._frame_template is None:
             self._frame_template = _frame_template(points.shape[1] - 1)
             if self._skeleton is not None:
                 entities = scene.link_entities(points[0], self._radii)
                 self._file.message("/scene", scene.scene_update(entities), 0)
-        values = scene.frame_values(points, block.position[rows], block.quaternion[rows])
-        self._file.messages("/tf", self._frame_template.encode(stamps, values, HEAD_SIZE), stamps)
+        values = scene.frame_values(points, block.column("position")[rows], block.column("quaternion")[rows])
+        self._write_alike("/tf", self._frame_template, stamps, values)
 
-    def _write_travelled(self, block: Joined, rows: Rows, at: int) -> None:
-        first = [] if block.last_position is None else [block.last_position[None]]
-        ends = block.position[:1] if rows[0] > 0 else block.position[:0], block.position[-1:]
-        inner = block.position[rows[:-1] if rows[-1] == len(block) - 1 else rows]
-        points = np.concatenate((*first, ends[0], inner, ends[1]))
+    def _write_travelled(self, block: Block, rows: slice, at: int) -> None:
+        position, before = block.column("position"), block.before.position
+        points = np.concatenate(
+            (
+                position[:0] if before is None else before[None],
+                position[: 1 if rows.start > 0 else 0],
+                position[rows.start : -1 : rows.step],
+                position[-1:],
+            )
+        )
         if (points.max(axis=0) - points.min(axis=0)).max() < scene.SHORT:
             return
         name = f"travelled{block.first_tick}"
@@ -208,19 +217,13 @@ class Recorder:
         self._planned_end = points[-1:]
         self._planned.clear()
 
-    def _write_program(self, block: Joined) -> None:
-        moving = block.speed > STANDING
-        if not moving.all():
-            moving |= block.joint_steps() > STANDING
-        states = (block.line * _LINES + block.interpreter_line) * 2 + moving
-        changed = np.flatnonzero(states[1:] != states[:-1]) + 1
-        for row in (0, *changed.tolist()):
-            line, ahead = int(block.line[row]), int(block.interpreter_line[row])
-            told = (line, ahead, "moving" if moving[row] else "standing")
+    def _write_program(self, block: Block) -> None:
+        for row, line, ahead, moves in block.changes(STANDING):
+            told = (line, ahead, "moving" if moves else "standing")
             if told == self._previous:
                 continue
             self._previous = told
-            t = float(block.time[row])
+            t = float(block.column("time")[row])
             data = {"t": t, "line": line, "interpreter_line": ahead, "state": told[2]}
             self._file.message("/program", _json(data), self._nanoseconds(block.first_tick + row))
 

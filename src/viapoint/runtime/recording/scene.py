@@ -134,12 +134,13 @@ def line_update(name: str, points: Floats, *, nanoseconds: int, programmed: bool
 
     Encoded here: an object per point would cost more than all else.
     """
-    corners = _POINT.encode(np.empty(0, dtype=np.int64), points).tobytes()
+    corners = np.empty((len(points), _POINT.size), np.uint8)
+    _POINT.encode(np.empty(0, dtype=np.int64), points, corners)
     colour = (0.2, 0.6, 1.0, 0.7) if programmed else (1.0, 0.85, 0.2, 1.0)
     line = (
         bytes_field(2, _UPRIGHT) + doubles(3, LINE_WIDTH) + varint_field(4, 1)
     )  # pose; the same at any zoom
-    line += corners + bytes_field(6, doubles(1, *colour))
+    line += corners.tobytes() + bytes_field(6, doubles(1, *colour))
     seconds, rest = divmod(nanoseconds, NANOSECONDS)
     entity = bytes_field(1, varint_field(1, seconds) + varint_field(2, rest))
     entity += bytes_field(2, b"base") + bytes_field(3, name.encode()) + bytes_field(4, b"")

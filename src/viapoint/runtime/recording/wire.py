@@ -149,17 +149,17 @@ class Template:
         self._slots = np.asarray(slots, dtype=np.int64)
         self._times = np.asarray(times, dtype=np.int64)
 
-    def encode(self, nanoseconds: npt.NDArray[np.int64], values: Floats, room: int = 0) -> Bytes:
-        """(N,) ns since the start and (N, slots) values → N messages, the rows of the result.
+    @property
+    def size(self) -> int:
+        """Bytes of a message."""
+        return len(self._row)
 
-        `room` bytes before each are left for what a container puts there.
-        """
-        out = np.empty((len(values), room + len(self._row)), np.uint8)
-        message, values = out[:, room:], np.ascontiguousarray(values, dtype="<f8")
+    def encode(self, nanoseconds: Ints, values: Floats, out: Bytes) -> None:
+        """(N,) ns since the start and (N, slots) values → N messages, the rows of `out` (N, size)."""
+        values = np.ascontiguousarray(values, dtype="<f8")
         module = core.chosen("recording._core")
         encoded = encode if module is None else module.encode
-        encoded(message, self._row, self._slots, values, self._times, nanoseconds)
-        return out
+        encoded(out, self._row, self._slots, values, self._times, nanoseconds)
 
 
 def encode(out: Bytes, row: Bytes, slots: Ints, values: Floats, times: Ints, nanoseconds: Ints) -> None:
