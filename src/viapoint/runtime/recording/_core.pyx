@@ -30,6 +30,7 @@ cdef extern from "_fold.h" nogil:
 cdef double SHORT = _twin.SHORT
 cdef double DOWNWARD = _twin.DOWNWARD
 cdef int PADDED_VARINT = _wire.PADDED_VARINT
+cdef size_t TIME_SLOT_SIZE = _wire.TIME_SLOT_SIZE
 cdef long long NANOSECONDS = _wire.NANOSECONDS
 cdef unsigned int START = 0xFFFFFFFF  # the state a CRC begins in; zlib's argument is its inverse
 
@@ -124,14 +125,19 @@ def encode(
     """As `wire.encode`."""
     cdef Py_ssize_t i, k
     cdef unsigned char *at
+    cdef unsigned char *time = NULL
     for i in range(values.shape[0]):
         at = &out[i, 0]
         memcpy(at, &row[0], row.shape[0])
         for k in range(values.shape[1]):
             memcpy(at + slots[k], &values[i, k], sizeof(double))
         for k in range(times.shape[0]):
-            _pad(nanoseconds[i] // NANOSECONDS, at + times[k] + 1)
-            _pad(nanoseconds[i] % NANOSECONDS, at + times[k] + 2 + PADDED_VARINT)
+            if k == 0:
+                time = at + times[0]
+                _pad(nanoseconds[i] // NANOSECONDS, time + 1)
+                _pad(nanoseconds[i] % NANOSECONDS, time + 2 + PADDED_VARINT)
+            else:
+                memcpy(at + times[k], time, TIME_SLOT_SIZE)
 
 
 cdef inline void _pad(long long value, unsigned char *at) noexcept nogil:
