@@ -55,23 +55,27 @@ cdef int _put(
 ) except -1:
     """Rows of one array."""
     cdef Py_ssize_t width = view.shape[1] if view.ndim == 2 else 1, down = view.strides[0], i, k
-    cdef Py_ssize_t across = view.strides[1] if view.ndim == 2 else view.itemsize
+    cdef Py_ssize_t across = view.strides[1] // view.itemsize if view.ndim == 2 else 1
     cdef const char *row = <const char *>view.buf + start * down
     cdef char kind = view.format[0]
     cdef loose_double *doubles = <loose_double *>out + at * width
     cdef loose_int *numbers = <loose_int *>out + at * width
+    cdef const double *source
     if view.itemsize != sizeof(double) or kind not in (c"d", c"l", c"q"):
         raise TypeError(f"a window's arrays are of doubles and of 64-bit integers, not of {view.format!r}")
     if kind != c"d":
         for i in range(count):
             for k in range(width):
-                numbers[i * width + k] = <int>(<const long long *>(row + i * down + k * across))[0]
-    elif across == view.itemsize and down == width * view.itemsize:
+                numbers[k] = <int>(<const long long *>(row + i * down))[k * across]
+            numbers += width
+    elif across == 1 and down == width * view.itemsize:
         memcpy(doubles, row, count * down)
     else:
         for i in range(count):
+            source = <const double *>(row + i * down)
             for k in range(width):
-                doubles[i * width + k] = (<const double *>(row + i * down + k * across))[0]
+                doubles[k] = source[k * across]
+            doubles += width
     return 0
 
 
