@@ -54,6 +54,7 @@ cdef class _Work:
     cdef double gap, violation, count, low, high, first, second, dual
     cdef double[::1] c, padded, weight, inverse_max, scale
     cdef double[:, ::1] lo, hi, above, below, jm, j0, jp
+    cdef double[:, ::1] jerks  # the jerk rows' values (mj, n) at the iterate
     cdef double[:, :, ::1] sa, za, ra, ia, da, sj, zj, rj, ij, dj
     cdef double[::1] sx, zx, rx, ix, dx
     cdef double[::1] room, bend, zero, y, both, skew, force, total, dc
@@ -74,6 +75,8 @@ cdef class _Work:
         self.zero, self.y, self.both, self.skew, self.force, self.total = np.zeros((6, n + 1))
         self.padded = np.zeros(n + 2)
         self.sums, self.parts, self.hessian = np.empty((2, n + 1)), np.empty((9, n + 1)), np.empty((3, n))
+        self.jerks = np.empty((self.mj, n))
+        self.find_jerks()
         self.count = 2.0 * self.ma * (n + 1) + 2.0 * self.mj * n + n
 
     cdef void clear(self, double[:, ::1] x) noexcept nogil:
@@ -92,6 +95,12 @@ cdef class _Work:
 
     cdef void row3(self, int k) noexcept nogil:
         bands3(self.n, &self.jm[k, 0], &self.j0[k, 0], &self.jp[k, 0], &self.padded[0], &self.y[0])
+
+    cdef void find_jerks(self) noexcept nogil:
+        cdef int k
+        self.pad(self.c)
+        for k in range(self.mj):
+            bands3(self.n, &self.jm[k, 0], &self.j0[k, 0], &self.jp[k, 0], &self.padded[0], &self.jerks[k, 0])
 
     cdef void bound_room(self) noexcept nogil:
         """Right side of jerk, scale/√c, and its slope."""
@@ -116,8 +125,7 @@ cdef class _Work:
                     &self.ra[0, k, 0], &self.ia[0, k, 0], &self.sa[1, k, 0], &self.za[1, k, 0],
                     &self.ra[1, k, 0], &self.ia[1, k, 0], gap, worst)
         for k in range(self.mj):
-            self.row3(k)
-            measure(n, &self.room[0], &self.room[0], &self.y[0], &self.sj[0, k, 0], &self.zj[0, k, 0],
+            measure(n, &self.room[0], &self.room[0], &self.jerks[k, 0], &self.sj[0, k, 0], &self.zj[0, k, 0],
                     &self.rj[0, k, 0], &self.ij[0, k, 0], &self.sj[1, k, 0], &self.zj[1, k, 0],
                     &self.rj[1, k, 0], &self.ij[1, k, 0], gap, worst)
         for i in range(n):
@@ -319,10 +327,9 @@ cdef class _Work:
         advance(n, primal, &self.rx[0], &self.sx[0])
         advance(n, dual, &self.dx[0], &self.zx[0])
         self.bound_room()
-        self.pad(self.c)
+        self.find_jerks()
         for k in range(self.mj):
-            self.row3(k)
-            follow(n, SLACK_GROWTH, &self.room[0], &self.y[0], &self.sj[0, k, 0], &self.sj[1, k, 0])
+            follow(n, SLACK_GROWTH, &self.room[0], &self.jerks[k, 0], &self.sj[0, k, 0], &self.sj[1, k, 0])
 
     cdef int run(self, double tolerance, int most) noexcept nogil:
         """Iterations done until converged, out of luck, or `most`."""

@@ -8,6 +8,7 @@ operations in the same order, so that both give the same bits.
 import numpy as np
 
 from libc.math cimport INFINITY, fabs, fmax, isfinite, isnan, sqrt
+from libc.string cimport memcpy
 
 from viapoint.runtime.timing import rows as _rows
 from viapoint.runtime.timing import solver as _solver
@@ -91,30 +92,35 @@ def bounds(double[:, ::1] ends, double[:, ::1] middle, double[:, ::1] programmed
     return np.asarray(inverse), np.asarray(knots)
 
 
-cdef _chosen(double[:, ::1] rows, long[::1] which):
-    """The rows with these numbers."""
-    cdef int i, k, n = rows.shape[1]
-    cdef double[:, ::1] result = np.empty((which.shape[0], n))
-    for k in range(which.shape[0]):
-        for i in range(n):
-            result[k, i] = rows[which[k], i]
-    return np.asarray(result)
+cdef _chosen(tuple bands, const unsigned char[::1] which, int halves, bint last):
+    """Of bands (m, n) each, the rows of axes that are `which`, in each of so many halves, and the last row."""
+    cdef int m = which.shape[0], k, half, i, n, rows = last, at
+    cdef const double[:, ::1] band
+    for k in range(m):
+        rows += halves * (which[k] != 0)
+    n = bands[0].shape[1]
+    result = np.empty((len(bands), rows, n))
+    cdef double[:, :, ::1] found = result
+    for i in range(len(bands)):
+        band, at = bands[i], 0
+        for half in range(halves):
+            for k in range(m):
+                if which[k]:
+                    memcpy(&found[i, at, 0], &band[half * m + k, 0], n * sizeof(double))
+                    at += 1
+        if last:
+            memcpy(&found[i, at, 0], &band[m, 0], n * sizeof(double))
+    return result
 
 
 def cut(p, to):
     """As `selection.cut`."""
-    cdef int m = len(to.acceleration)
-    knots = np.flatnonzero(to.acceleration)
-    pieces = np.flatnonzero(to.jerk)
-    if len(knots) == m and len(pieces) == m:
+    acceleration, jerk = to.acceleration, to.jerk
+    if acceleration.all() and jerk.all():
         return p
-    knots = np.append(knots, m)
-    pieces = np.concatenate((pieces, pieces + m))
-    return Problem(
-        weight=p.weight, fixed=p.fixed, lo=_chosen(p.lo, knots), hi=_chosen(p.hi, knots),
-        above=_chosen(p.above, knots), below=_chosen(p.below, knots), jm=_chosen(p.jm, pieces),
-        j0=_chosen(p.j0, pieces), jp=_chosen(p.jp, pieces), inverse_max=p.inverse_max,
-    )
+    lo, hi, above, below = _chosen((p.lo, p.hi, p.above, p.below), acceleration.view(np.uint8), 1, True)
+    jm, j0, jp = _chosen((p.jm, p.j0, p.jp), jerk.view(np.uint8), 2, False)
+    return Problem(p.weight, p.fixed, lo, hi, above, below, jm, j0, jp, p.inverse_max)
 
 
 cdef double _duration(double[::1] weight, double[::1] c):
