@@ -9,8 +9,20 @@ from types import ModuleType
 from typing import Final
 
 from viapoint.runtime import core
-from viapoint.runtime.records import Floats
-from viapoint.runtime.timing import law, programmed, rooms, rows, selection, solver, spline, ticks, tighten
+from viapoint.runtime.records import Bools, Floats, Ints
+from viapoint.runtime.timing import (
+    knots,
+    law,
+    programmed,
+    rooms,
+    rows,
+    samples,
+    selection,
+    solver,
+    spline,
+    ticks,
+    tighten,
+)
 from viapoint.runtime.timing.law import Knots
 from viapoint.runtime.timing.limits import AxisLimits
 from viapoint.runtime.timing.rows import AxisRows, Problem, Rows, Tightening
@@ -39,6 +51,20 @@ class Numerics:
     allowed: Callable[[Floats, Floats, Floats], Floats]
     room: Callable[[Floats, Floats], Floats]
     ceilings: Callable[..., tuple[Floats, Floats, int]]
+    first_samples: Callable[[Floats], Floats]
+    dips: Callable[[Floats, Floats, Floats, float], tuple[Floats, Ints]]
+    merged: Callable[[Floats, Floats, Ints], Floats]
+    even: Callable[[Floats, Floats], Floats | None]
+    rooms: Callable[[Floats, Floats, Floats, Floats], samples.Rooms]
+    scanned: Callable[..., tuple[Floats, Floats, Floats, tuple[float, float, float]]]
+    timed: Callable[..., tuple[Floats, Floats, Bools]]
+    place: Callable[[Floats, Floats, Bools, Floats, float, float], Floats]
+    make: Callable[[Floats, float, float], Spline]
+    guess: Callable[[Floats, Floats, Floats, float], Floats]
+    insides: Callable[[Floats, bool], Floats]
+    asked: Callable[[Floats, Floats, float, float, Floats], tuple[Floats, Ints]]
+    on_pieces: Callable[[Floats, Ints, int, bool], tuple[Floats, int]]
+    edges: Callable[[Floats, Floats, Floats], Floats]
 
 
 TWIN: Final = Numerics(
@@ -60,9 +86,23 @@ TWIN: Final = Numerics(
     allowed=programmed.allowed,
     room=rooms.room,
     ceilings=rooms.ceilings,
+    first_samples=samples.first_samples,
+    dips=samples.dips,
+    merged=samples.merged,
+    even=samples.even,
+    rooms=samples.rooms,
+    scanned=samples.scanned,
+    timed=samples.timed,
+    place=knots.place,
+    make=spline.make,
+    guess=knots.guess,
+    insides=knots.insides,
+    asked=programmed.asked,
+    on_pieces=programmed.on_pieces,
+    edges=programmed.edges,
 )
 
-_MODULES: Final = ("timing._core", "timing._rows", "timing._laws")
+_MODULES: Final = ("timing._core", "timing._rows", "timing._laws", "timing._samples", "timing._knots")
 
 
 def chosen() -> Numerics:
@@ -73,14 +113,14 @@ def chosen() -> Numerics:
 @cache
 def _chosen(asked: str) -> Numerics:
     """Those that are chosen while VIAPOINT_CORE asks for that."""
-    solving, rowing, lawing = (core.chosen(name) for name in _MODULES)
-    if solving is None or rowing is None or lawing is None:
-        return TWIN
-    return _compiled(solving, rowing, lawing)
+    modules = [core.chosen(name) for name in _MODULES]
+    return TWIN if None in modules else _compiled(*modules)
 
 
 @cache
-def _compiled(solving: ModuleType, rowing: ModuleType, lawing: ModuleType) -> Numerics:
+def _compiled(
+    solving: ModuleType, rowing: ModuleType, lawing: ModuleType, sampling: ModuleType, knotting: ModuleType
+) -> Numerics:
     return Numerics(
         "compiled",
         improve=solving.improve,
@@ -100,4 +140,18 @@ def _compiled(solving: ModuleType, rowing: ModuleType, lawing: ModuleType) -> Nu
         allowed=rowing.allowed,
         room=rowing.room,
         ceilings=lawing.ceilings,
+        first_samples=sampling.first_samples,
+        dips=sampling.dips,
+        merged=sampling.merged,
+        even=sampling.even,
+        rooms=sampling.rooms,
+        scanned=sampling.scanned,
+        timed=sampling.timed,
+        place=knotting.place,
+        make=knotting.make,
+        guess=knotting.guess,
+        insides=knotting.insides,
+        asked=knotting.asked,
+        on_pieces=knotting.on_pieces,
+        edges=knotting.edges,
     )

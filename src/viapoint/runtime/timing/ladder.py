@@ -17,7 +17,7 @@ import numpy as np
 from viapoint.runtime.records import Bools, Floats, Ints
 from viapoint.runtime.timing import programmed
 from viapoint.runtime.timing.curve import INSET
-from viapoint.runtime.timing.estimate import Estimate, inner_breaks
+from viapoint.runtime.timing.estimate import Estimate
 from viapoint.runtime.timing.rows import SPEED_PART, Tightening
 from viapoint.runtime.timing.section import Request
 from viapoint.runtime.timing.shapes import Change, Shape
@@ -101,8 +101,7 @@ class Cells:
 
 def cells(ask: Request, est: Estimate, s_start: float) -> Cells:
     """The section of a request from s_start on."""
-    breaks = inner_breaks(ask.curve, s_start, ask.s_end)[1:-1]
-    marks = programmed.knots_of(breaks, ask.bound, ask.tick)
+    marks = programmed.knots_of(est.breaks, ask.bound, ask.tick)
     count = int(np.clip(est.t[-1] / _SHORTEST, 4, _CELLS))
     even = np.interp(np.linspace(0.0, float(est.t[-1]), count + 1)[1:-1], est.t, est.s)
     apart = INSET * (ask.s_end - s_start)

@@ -10,11 +10,9 @@ from typing import Final
 
 import numpy as np
 
-from viapoint.runtime.records import Floats
+from viapoint.runtime.records import Floats, Ints
 from viapoint.runtime.timing.curve import INSET
-from viapoint.runtime.timing.errors import TimingError
 from viapoint.runtime.timing.limits import SpeedBound
-from viapoint.runtime.timing.spline import Spline
 
 JUMP: Final = 1e-4
 """Relative difference of the speeds beside a break that is a jump. Less is the slope of a bound that
@@ -40,7 +38,7 @@ def knots_of(breaks: Floats, bound: SpeedBound, tick: float) -> Floats:
 
 
 def edges(knots: Floats, breaks: Floats, stands: Floats) -> Floats:
-    """The knots (n+1,) with those that stand off a break moved to it: where speeds really change."""
+    """The knots (n+1,) with those that stand off a break (k,) moved to it: where speeds really change."""
     result = knots.copy()
     k = np.clip(np.searchsorted(knots, stands), 0, len(knots) - 1)
     found = knots[k] == stands
@@ -48,31 +46,38 @@ def edges(knots: Floats, breaks: Floats, stands: Floats) -> Floats:
     return result
 
 
-def on_pieces(spline: Spline, breaks: Floats, bound: SpeedBound) -> Floats:
-    """Programmed speeds (3, n) on the pieces: just inside the left end, in the middle, inside the right end;
-    nowhere above those beside breaks that lie inside.
+def asked(
+    knots: Floats, width: Floats, rest_start: float, rest_end: float, breaks: Floats
+) -> tuple[Floats, Ints]:
+    """Places at which the speed bound of pieces is asked: just inside the left end of each of n, in the
+    middle, inside the right end, then on both sides of every break inside; and the pieces that those are on.
 
-    The given start of a section in motion is not bounded. Raises TimingError if a speed is not positive.
+    None is before the second knot of a section in motion (`rest_start` 0).
     """
-    knots = spline.knots
-    low, high, n = knots[:-1], knots[1:], len(knots) - 1
-    inset = INSET * spline.width
-    inside = breaks[(breaks > low[0] - spline.rest_start) & (breaks < high[-1] + spline.rest_end)]
-    piece = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, n - 1)
-    around = np.concatenate((inside - inset[piece], inside + inset[piece]))
-    asked = np.concatenate((low + inset, 0.5 * (low + high), high - inset, around))
-    bounds = bound(np.maximum(asked, knots[1]) if spline.fixed else asked)
-    speeds: Floats = bounds[: 3 * n].reshape(3, n)
+    low, high, n = knots[:-1], knots[1:], len(width)
+    inset = INSET * width
+    inside = breaks[(breaks > low[0] - rest_start) & (breaks < high[-1] + rest_end)]
+    near = inset[np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, n - 1)]
+    around = np.stack((inside - near, inside + near), axis=1).ravel()
+    places = np.concatenate((low + inset, 0.5 * (low + high), high - inset, around))
     owner = np.clip(np.searchsorted(knots, around, side="right") - 1, 0, n - 1)
+    return places if rest_start > 0.0 else np.maximum(places, knots[1]), owner
+
+
+def on_pieces(bounds: Floats, owner: Ints, n: int, given: bool) -> tuple[Floats, int]:
+    """Programmed speeds (3, n) on the pieces from their bounds at the places `asked`, nowhere above those
+    beside breaks that lie inside; and the first piece whose speed is not positive, or -1.
+
+    The start of a section in motion, if it is `given`, is not bounded.
+    """
     beside = np.full(n, np.inf)
     np.minimum.at(beside, owner, bounds[3 * n :])
-    speeds = np.minimum(speeds, beside)
-    if not np.all(speeds > 0.0):
-        where = float(low[np.argmin(speeds.min(axis=0) > 0.0)])
-        raise TimingError("the programmed speed is not a positive number", where)
-    if spline.fixed:
+    speeds: Floats = np.minimum(bounds[: 3 * n].reshape(3, n), beside)
+    good = (speeds > 0.0).all(axis=0)
+    bad = -1 if good.all() else int(np.argmin(good))
+    if given:
         speeds[:, 0] = np.inf
-    return speeds
+    return speeds, bad
 
 
 def allowed(edges: Floats, speeds: Floats, s: Floats) -> Floats:

@@ -16,10 +16,11 @@ from viapoint.runtime.timing import programmed
 from viapoint.runtime.timing import rows as limiting
 from viapoint.runtime.timing.core import chosen
 from viapoint.runtime.timing.curve import INSET, AxisCurve
-from viapoint.runtime.timing.estimate import Estimate, inner_breaks
+from viapoint.runtime.timing.errors import TimingError
+from viapoint.runtime.timing.estimate import Estimate
 from viapoint.runtime.timing.limits import AxisLimits, SpeedBound
 from viapoint.runtime.timing.rows import Rows, Tightening
-from viapoint.runtime.timing.spline import Spline, make
+from viapoint.runtime.timing.spline import Spline
 
 _START_SHARE: Final = 0.7
 """Part of the estimated speed the solver starts from, squared below: inside most limits."""
@@ -104,19 +105,19 @@ def from_rest(ask: Request, est: Estimate, s_start: float) -> Section:
     """The section from rest at s_start to rest at the end."""
     length = ask.s_end - s_start
     rest = knotting.rest_length(est, est.jerk_start, length)
-    breaks = _breaks(ask, s_start)
+    breaks = _breaks(ask, est)
     marks = _marks(breaks, s_start + rest, ask, est, length)
-    knots = knotting.place(est, marks, knotting.spacing(est, ask.tick), ask.tick)
-    spline = make(knots, rest, ask.s_end - marks[-1])
+    knots = _knots(ask, est, marks)
+    spline = chosen().make(knots, rest, ask.s_end - marks[-1])
     none = Tightening.none(len(spline.width))
-    return Section(_rows(ask, spline, breaks), guess(est, spline), none, float(est.t[-1]))
+    return Section(_rows(ask, spline, breaks), _guess(est, spline), none, float(est.t[-1]))
 
 
 def from_motion(ask: Request, est: Estimate, state: State) -> Section:
     """The section from a state in motion to rest; nothing is known of the pieces before."""
-    breaks = _breaks(ask, state.s)
+    breaks = _breaks(ask, est)
     marks = _marks(breaks, state.s, ask, est, ask.s_end - state.s)
-    knots = knotting.place(est, marks, knotting.spacing(est, ask.tick), ask.tick)
+    knots = _knots(ask, est, marks)
     return with_state(ask, est, knots, breaks, state)
 
 
@@ -129,8 +130,8 @@ def with_state(ask: Request, est: Estimate, knots: Floats, breaks: Breaks, state
         knots = np.concatenate((knots[:1], [knots[0] + min(reach, 0.5 * gap)], knots[1:]))
     ahead = knots[1] - knots[0]
     before = min(ahead, reach)
-    spline = make(np.concatenate(([knots[0] - before], knots)), 0.0, ask.s_end - knots[-1])
-    start = guess(est, spline)
+    spline = chosen().make(np.concatenate(([knots[0] - before], knots)), 0.0, ask.s_end - knots[-1])
+    start = _guess(est, spline)
     start[:2] = x - 0.5 * slope * before, x + 0.5 * slope * ahead
     return Section(_rows(ask, spline, breaks), start, Tightening.none(len(spline.width)), float(est.t[-1]))
 
@@ -144,9 +145,9 @@ def continued(ask: Request, est: Estimate, state: State, old: Plan | None, piece
     if last <= first + 1:
         return from_motion(ask, est, state)
     kept = old.spline.knots[first : last + 1]
-    breaks = _breaks(ask, state.s)
+    breaks = _breaks(ask, est)
     marks = _marks(breaks, kept[-1], ask, est, ask.s_end - state.s)
-    fresh = knotting.place(est, marks, knotting.spacing(est, ask.tick), ask.tick)
+    fresh = _knots(ask, est, marks)
     fresh = fresh[fresh > kept[-1] + _NEXT_WIDTH * (kept[-1] - kept[-2])]
     section = with_state(ask, est, np.concatenate((kept, fresh)), breaks, state)
     return _resumed(section, old, first, last)
@@ -182,9 +183,8 @@ def _resumed(section: Section, old: Plan, first: int, last: int) -> Section:
     return replace(section, start=start, tightening=now)
 
 
-def _breaks(ask: Request, s_start: float) -> Breaks:
-    places = inner_breaks(ask.curve, s_start, ask.s_end)[1:-1]
-    return Breaks(places, programmed.knots_of(places, ask.bound, ask.tick))
+def _breaks(ask: Request, est: Estimate) -> Breaks:
+    return Breaks(est.breaks, programmed.knots_of(est.breaks, ask.bound, ask.tick))
 
 
 def _marks(breaks: Breaks, first: float, ask: Request, est: Estimate, length: float) -> Floats:
@@ -194,28 +194,29 @@ def _marks(breaks: Breaks, first: float, ask: Request, est: Estimate, length: fl
     return np.concatenate(([first], inner[(inner > first) & (inner < last)], [last]))
 
 
-def guess(est: Estimate, spline: Spline) -> Floats:
+def _knots(ask: Request, est: Estimate, marks: Floats) -> Floats:
+    return chosen().place(est.s, est.t, est.calm, marks, knotting.spacing(est, ask.tick), ask.tick)
+
+
+def _guess(est: Estimate, spline: Spline) -> Floats:
     """Coefficients the solver starts from: a part of the estimated speed."""
-    middle = 0.5 * (spline.knots[1:] + spline.knots[:-1])
-    x = _START_SHARE * np.interp(middle, est.s, est.v) ** 2
-    return np.maximum(x, 1e-9 * float(x.max()))
+    return chosen().guess(est.s, est.v, spline.knots, _START_SHARE)
 
 
 def _rows(ask: Request, spline: Spline, breaks: Breaks) -> Rows:
-    knots = spline.knots
-    first, second, third = _derivatives(ask.curve, np.maximum(knots, knots[1]) if spline.fixed else knots)
+    numerics, given = chosen(), spline.fixed > 0
+    derivatives = ask.curve.derivatives(numerics.insides(spline.knots, given))
     counts = ask.limits.jerk * ask.tick < _JERK_COUNTS * np.maximum(
         ask.limits.acceleration, ask.limits.braking
     )
     in_jerk = np.where(counts, ask.limits.jerk, np.inf)
-    slowest = programmed.on_pieces(spline, breaks.places, ask.bound)
-    edges = programmed.edges(knots, breaks.places, breaks.knots)
-    return limiting.build(spline, first, second, third, ask.limits, slowest, edges, in_jerk, chosen())
-
-
-def _derivatives(curve: AxisCurve, knots: Floats) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
-    """First and second derivatives (n+1, m) at the knots; the third (n, m) just inside the pieces' ends."""
-    inset = INSET * np.diff(knots)
-    inside = np.stack((knots[:-1] + inset, knots[1:] - inset), axis=1).ravel()
-    first, second, third = curve.derivatives(np.concatenate((inside, knots[-1:])))
-    return first[::2], second[::2], (third[:-1:2], third[1::2])
+    places, owner = numerics.asked(
+        spline.knots, spline.width, spline.rest_start, spline.rest_end, breaks.places
+    )
+    speeds, bad = numerics.on_pieces(ask.bound(places), owner, len(spline.width), given)
+    if bad >= 0:
+        raise TimingError("the programmed speed is not a positive number", float(spline.knots[bad]))
+    edges = numerics.edges(spline.knots, breaks.places, breaks.knots)
+    first, second, third = derivatives
+    ends = third[:-1:2], third[1::2]
+    return limiting.build(spline, first[::2], second[::2], ends, ask.limits, speeds, edges, in_jerk, numerics)
