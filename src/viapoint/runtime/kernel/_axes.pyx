@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from libc.math cimport INFINITY, fabs, isfinite
+from libc.math cimport INFINITY, fabs, isfinite, rint
 
 from viapoint.runtime.kernel import chebyshev as _twin
 
@@ -17,6 +17,7 @@ cdef enum:
     ORDERS = 4
 
 cdef double ROUNDING = _twin.ROUNDING
+cdef double TURN = 2.0 * np.pi
 cdef double[:, ::1] TO_COEFFICIENTS = _twin.TO_COEFFICIENTS
 cdef double[:, ::1] INTEGRATE = _twin.INTEGRATE
 
@@ -85,6 +86,65 @@ def derived(const double[:, :, ::1] coeffs, const double[::1] widths):
             for k in range(NODES * axes):
                 high[k] *= scale
     return result
+
+
+def joined(
+    const double[:, :, ::1] values,
+    const double[:, :, ::1] coefficients,
+    const double[::1] last,
+    const long[::1] owner,
+    const unsigned char[::1] given,
+    bint at_rest,
+    const double[::1] turn,
+    const double[::1] lower,
+    const double[::1] upper,
+    tuple gaps,
+    double slack,
+):
+    """As `joining.Joiner._joined`, from the cells' values and coefficients (C, D+1, m) on: coefficients as they
+    continue joints `last` (n,), and what the cells end in (C, n + k); None where something is at fault.
+
+    `given` (S,) are the stretches whose joints are, `gaps` those to close, at rest and in motion.
+    """
+    cdef Py_ssize_t cells = values.shape[0], m = values.shape[2], n = turn.shape[0], driven = lower.shape[0]
+    cdef Py_ssize_t cell, node, j
+    cdef double to_close = gaps[0], at_stop = gaps[1], moving = gaps[2], before, gap, whole, largest
+    cdef bint head, fixed, turned
+    continued, finals = np.empty((cells, NODES, m)), np.empty((cells, driven))
+    cdef double[:, :, ::1] coeffs = continued
+    cdef double[:, ::1] ends = finals
+    cdef double[::1] shift = np.zeros(driven), gapped = np.empty(n)
+    coeffs[...] = coefficients
+    for cell in range(cells):
+        head = cell == 0 or owner[cell] != owner[cell - 1]
+        fixed = given[owner[cell]]
+        turned = False
+        largest = 0.0
+        for j in range(n):
+            before = last[j] if cell == 0 else values[cell - 1, NODES - 1, j]
+            gap = before - values[cell, 0, j]
+            whole = turn[j] * rint(gap / TURN)
+            gapped[j] = gap - whole
+            largest = max(largest, fabs(gapped[j]))
+            shift[j] += whole
+            turned = turned or shift[j] != 0.0
+        if not largest <= (at_stop if fixed or not head or (cell == 0 and at_rest) else moving):
+            return None
+        if fixed and turned:
+            return None
+        for node in range(NODES):
+            for j in range(driven):
+                before = values[cell, node, j] + shift[j]
+                if not (before - upper[j] <= slack and lower[j] - before <= slack):
+                    return None
+        for j in range(driven):
+            coeffs[cell, 0, j] += shift[j]
+            ends[cell, j] = values[cell, NODES - 1, j] + shift[j]
+        if head and largest > to_close:  # along the cell
+            for j in range(n):
+                coeffs[cell, 0, j] += 0.5 * gapped[j]
+                coeffs[cell, 1, j] -= 0.5 * gapped[j]
+    return continued, finals
 
 
 def evaluate(

@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 
 from viapoint.language.units import DEG
+from viapoint.runtime.core import chosen
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.chebyshev import derived
 from viapoint.runtime.kernel.failure import PlanningError
@@ -41,6 +42,9 @@ _RANGE_SLACK: Final = 1e-9
 """rad by which a joint may pass its range: rounding of a target that lies exactly on it."""
 
 _TURN: Final = 2.0 * np.pi
+
+_GAPS: Final = (_GAP_TO_CLOSE, _JOIN_GAP, _MOVING_GAP)
+_CORE: Final = "kernel._axes"
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +90,26 @@ class Joiner:
         """`q` (n,) are the joints in which the path ends, which is passed `at_rest` or without a stop;
         `owner` (C,) numbers the stretch of each cell.
         """
+        given = np.array([stretch.curve.space is Space.JOINT for stretch in stretches])
+        if (core := chosen(_CORE)) is not None:
+            cells = fitted.values, fitted.coefficients
+            bounds = self._turn, self._lower, self._upper, _GAPS, _RANGE_SLACK
+            good = core.joined(*cells, q, owner, given.view(np.uint8), at_rest, *bounds)
+            if good is not None:
+                coeffs, ends = good
+                return self._of_whole(len(stretches), owner, len(owner), fitted, coeffs, ends, None)
+        return self._joined(q, stretches, fitted, owner, given[owner], at_rest)
+
+    def _joined(
+        self,
+        q: Floats,
+        stretches: Sequence[Stretch],
+        fitted: Fitted,
+        owner: Ints,
+        given: Bools,
+        at_rest: bool,
+    ) -> Joined:
+        """As `join`, with the fault if there is one; `given` (C,) where the joints of a cell are."""
         n = self._n
         first, end = fitted.values[:, 0, : self._driven], fitted.values[:, -1, : self._driven]
         gaps = np.concatenate((q[None], end[:-1, :n])) - first[:, :n]
@@ -99,7 +123,6 @@ class Joiner:
         closed = heads & (np.abs(gaps).max(axis=1) > _GAP_TO_CLOSE)
         coeffs[closed, 0, :n] += 0.5 * gaps[closed]  # along the cell
         coeffs[closed, 1, :n] -= 0.5 * gaps[closed]
-        given = np.array([stretch.curve.space is Space.JOINT for stretch in stretches])[owner]
         steady = given | ~heads
         steady[0] |= at_rest
         ends = end + shifts
