@@ -44,19 +44,16 @@ def motion_target(
     robot: Robot, X_base_flange: Floats, q_start: Floats, references: Floats, line: int
 ) -> Floats:
     """Joints (n,) of an MJ to a pose: nearest to the references (NaN: none), then to the start."""
-    solutions = robot.solutions(X_base_flange, reference=q_start)
-    if not solutions:
+    solutions, _ = robot.inside(X_base_flange, q_start)
+    if len(solutions) == 0:
         raise _no_solution(robot, X_base_flange, line)
     named = ~np.isnan(references)
     if not named.any():
-        return solutions[0].joints  # they come sorted by distance to the start
+        return np.array(solutions[0])  # they come sorted by distance to the start
     weights = np.where(named, 1.0 / robot.limits.speed, 0.0)
-    distances = [
-        float(np.linalg.norm((s.joints - np.where(named, references, 0.0)) * weights)) for s in solutions
-    ]
-    best = min(distances)
+    distances = np.linalg.norm((solutions - np.where(named, references, 0.0)) * weights, axis=1)
     # the first of the tied ones is the nearest to the start
-    return next(s.joints for s, d in zip(solutions, distances, strict=True) if d <= best + _TIE)
+    return np.array(solutions[np.argmax(distances <= distances.min() + _TIE)])
 
 
 class PathEnd(NamedTuple):

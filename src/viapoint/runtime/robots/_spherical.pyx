@@ -6,7 +6,7 @@ The same formulas, pose by pose instead of array by array. An arm is a row of nu
 
 import numpy as np
 
-from libc.math cimport atan2, cos, fabs, hypot, sin, sqrt
+from libc.math cimport atan2, cos, fabs, hypot, rint, sin, sqrt
 
 from viapoint.runtime import rotations as _rotations
 from viapoint.runtime.robots import anthropomorphic as _twin
@@ -21,6 +21,7 @@ cdef double SHOULDER_SINGULAR = _twin.SHOULDER_SINGULAR
 cdef double REACH_TOLERANCE = _twin.REACH_TOLERANCE
 cdef double SAME_ELBOW = _twin.SAME_ELBOW
 cdef double HALF_TURN = _rotations.HALF_TURN
+cdef double TURN = _twin.TURN
 
 cdef struct Arm:
     double height, a2x, a3z, along, a4z, a6x, forearm, bend
@@ -273,6 +274,31 @@ def ik_branch(
         near = &reference[0 if one_reference else row, 0]
         reachable[row] = _solve(&arm, &X[row, 0, 0], sense, near, given_1, given_4, &q[row, 0])
     return joints, reached
+
+
+def ik(const double[::1] packed, const double[:, :, ::1] X, const double[:, ::1] senses, const double[:, ::1] near):
+    """Poses (N, 4, 4) to joints (N, 8, 6) of every branch, −π … π, and whether they are valid (N, 8).
+
+    `senses` (8, 3) as of `ik_branch`; `near` (8 or 1, 6) are the references of the branches.
+    """
+    cdef Arm arm = _arm(packed)
+    cdef Py_ssize_t row, branch, k
+    cdef bint one = near.shape[0] == 1, reachable, stretched
+    joints, found = np.empty((X.shape[0], 8, 6)), np.empty((X.shape[0], 8), dtype=np.bool_)
+    cdef double[:, :, ::1] q = joints
+    cdef unsigned char[:, ::1] valid = found.view(np.uint8)
+    cdef double *at
+    for row in range(X.shape[0]):
+        for branch in range(8):
+            at = &q[row, branch, 0]
+            reachable = _solve(
+                &arm, &X[row, 0, 0], &senses[branch, 0], &near[0 if one else branch, 0], False, False, at
+            )
+            for k in range(6):
+                at[k] -= TURN * rint(at[k] / TURN)
+            stretched = fabs(sin(at[2] * arm.sign[2] + arm.bend)) < SAME_ELBOW
+            valid[row, branch] = reachable and not (stretched and (branch & 2))  # UP and DOWN are one
+    return joints, found
 
 
 cdef bint _solve(

@@ -44,7 +44,9 @@ _SENSES: Floats = np.array(
     [[1.0 - 2.0 * (i >> 2 & 1), 1.0 - 2.0 * (i >> 1 & 1), 1.0 - 2.0 * (i & 1)] for i in range(8)]
 )
 # (8, 6) per configuration: what its free joints are at a singular pose when nothing else is known.
-_NEUTRAL: Floats = np.where(_SENSES[:, [0, 0, 0, 2, 0, 0]] < 0.0, [np.pi, 0.0, 0.0, np.pi, 0.0, 0.0], 0.0)
+_NEUTRAL: Floats = np.where(
+    np.ascontiguousarray(_SENSES[:, [0, 0, 0, 2, 0, 0]]) < 0.0, [np.pi, 0.0, 0.0, np.pi, 0.0, 0.0], 0.0
+)
 Signs = Floats  # (N,) or scalar
 Triple = tuple[Floats, Floats, Floats]
 
@@ -183,6 +185,10 @@ class SphericalWristArm:
 
         Without one J1 = 0 (BACK: π) and J4 = 0 (NEGATIVE: π), so that the branches stay distinct.
         """
+        if (core := chosen(_CORE)) is not None:
+            near = _NEUTRAL if reference is None else reference.reshape(1, 6)
+            q, valid = core.ik(self.packed, np.ascontiguousarray(X).reshape(-1, 4, 4), self.senses, near)
+            return IkSolutions(q.reshape(*X.shape[:-2], 8, 6), valid.reshape(*X.shape[:-2], 8))
         poses = np.repeat(X.reshape(-1, 4, 4), 8, axis=0)
         branches = np.tile(np.arange(8), len(poses) // 8)
         free = _NEUTRAL[branches] if reference is None else reference

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from viapoint.runtime.core import chosen
+
 if TYPE_CHECKING:
     from viapoint.runtime.robots.dynamics import LinkMasses
 
@@ -29,6 +31,7 @@ TURN = 2.0 * math.pi
 RANGE_TOLERANCE = 1e-9
 # Solutions closer than this (rad or m) are one: what rounding leaves of a double root.
 SAME_SOLUTION = 1e-7
+_CORE = "robots._inside"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -206,31 +209,47 @@ class Robot:
         With a reference (n,) the nearest comes first, joint distances in units of each joint's speed limit,
         and the free joints of a singular pose keep the reference's values.
         """
-        branches = self.kinematics.ik(X_base_flange, reference)
-        valid = np.flatnonzero(branches.valid)
-        q = branches.q[valid]
-        same = np.abs(q[:, None] - q).max(axis=2) < SAME_SOLUTION
-        met = np.tril(same, -1).any(axis=1)  # at a singular pose branches meet
-        result = [
-            Solution(joints, index, self.configuration_names(index))
-            for index, turned in zip(valid[~met].tolist(), self._turns_inside(q[~met]), strict=True)
-            for joints in turned
+        joints, indices = self.inside(X_base_flange, reference)
+        return [
+            Solution(q, index, self.configuration_names(index))
+            for q, index in zip(joints, indices.tolist(), strict=True)
         ]
-        if reference is not None:
-            result.sort(key=lambda solution: self.distance(solution.joints, reference))
-        return result
 
-    def _turns_inside(self, q: Floats) -> list[list[Floats]]:
-        """Of each of q (N, n), all joint vectors that differ by full turns and lie in the ranges."""
-        lower, upper = self.limits.lower - RANGE_TOLERANCE - q, self.limits.upper + RANGE_TOLERANCE - q
+    def inside(self, X_base_flange: Floats, reference: Floats | None) -> tuple[Floats, Ints]:
+        """Joints (K, n) of the `solutions` for one pose (4, 4), in their order; their configurations (K,)."""
+        branches = self.kinematics.ik(X_base_flange, reference)
+        lower, upper = self.limits.lower - RANGE_TOLERANCE, self.limits.upper + RANGE_TOLERANCE
+        core = chosen(_CORE)
+        if core is None:
+            joints, indices = self._turned(branches.q, _distinct(branches), lower, upper)
+        else:
+            rows = core.distinct(branches.q, branches.valid.view(np.uint8))
+            joints, indices = core.turned(branches.q, rows, lower, upper, self.prismatic.view(np.uint8))
+        if reference is None:
+            return joints, indices
+        if core is None:
+            steps = (joints - reference) / self.limits.speed
+            order = np.argsort(np.sqrt((steps * steps).sum(axis=1)), kind="stable")
+        else:
+            order = core.nearest_first(joints, reference, self.limits.speed)
+        return joints[order], indices[order]
+
+    def _turned(self, q: Floats, chosen: Ints, lower: Floats, upper: Floats) -> tuple[Floats, Ints]:
+        """All joints (K, n) that differ from one of the chosen rows of q (N, n) by full turns and lie from
+        lower to upper (n,); and of which row each is (K,).
+        """
+        lower, upper = lower - q[chosen], upper - q[chosen]
         first, last = np.ceil(lower / TURN), np.floor(upper / TURN)
         outside = (lower > 0.0) | (upper < 0.0)
         first, last = (np.where(self.prismatic, end, x) for end, x in ((0.0, first), (0.0 - outside, last)))
-        every = zip(q, first.astype(int).tolist(), last.astype(int).tolist(), strict=True)
-        return [
-            [one + TURN * np.array(turns) for turns in itertools.product(*map(_through, least, most))]
-            for one, least, most in every
+        turns = [
+            (row, *each)
+            for row, least, most in zip(chosen.tolist(), first.tolist(), last.tolist(), strict=True)
+            for each in itertools.product(*map(_through, least, most))
         ]
+        every = np.array(turns, dtype=np.float64).reshape(-1, 1 + self.joint_count)
+        rows = every[:, 0].astype(np.int64)
+        return q[rows] + TURN * every[:, 1:], rows
 
     def distance(self, a: Floats, b: Floats) -> float:
         """Length of the joint move from a to b (n,), every joint in units of its speed limit: s."""
@@ -266,5 +285,14 @@ class Robot:
         return np.asarray(np.linalg.solve(self.coupling, joints)[..., 0], dtype=np.float64)
 
 
-def _through(first: int, last: int) -> range:
-    return range(first, last + 1)
+def _distinct(branches: IkSolutions) -> Ints:
+    """The valid branches that are none of those before them: at a singular pose branches meet."""
+    valid = np.flatnonzero(branches.valid)
+    q = branches.q[valid]
+    same = np.abs(q[:, None] - q).max(axis=2) < SAME_SOLUTION
+    result: Ints = valid[~np.tril(same, -1).any(axis=1)]
+    return result
+
+
+def _through(first: float, last: float) -> range:
+    return range(int(first), int(last) + 1)
