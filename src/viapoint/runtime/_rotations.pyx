@@ -59,3 +59,19 @@ def matrix_to_quaternion(const double[:, :, ::1] R):
         for k in range(4):
             q[row, k] = outer[best][k] / scale
     return result
+
+
+def quaternion_multiply(const double[:, ::1] a, const double[:, ::1] b):
+    """Hamilton products (N, 4) of quaternions (N, 4)."""
+    cdef Py_ssize_t row
+    cdef const double *p
+    cdef const double *q
+    result = np.empty((a.shape[0], 4))
+    cdef double[:, ::1] out = result
+    for row in range(a.shape[0]):
+        p, q = &a[row, 0], &b[row, 0]
+        out[row, 0] = p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3]
+        out[row, 1] = p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2]
+        out[row, 2] = p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1]
+        out[row, 3] = p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0]
+    return result

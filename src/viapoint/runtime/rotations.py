@@ -113,6 +113,10 @@ def quaternion_to_matrix(q: Floats) -> Floats:
 
 def quaternion_multiply(a: Floats, b: Floats) -> Floats:
     """Hamilton product (..., 4): the rotation b followed by a, as R(a)·R(b)."""
+    if (core := chosen(_CORE)) is not None:
+        shape = np.broadcast_shapes(a.shape, b.shape)
+        rows = (np.ascontiguousarray(np.broadcast_to(q, shape)).reshape(-1, 4) for q in (a, b))
+        return np.asarray(core.quaternion_multiply(*rows)).reshape(shape)
     aw, ax, ay, az = np.moveaxis(a, -1, 0)
     bw, bx, by, bz = np.moveaxis(b, -1, 0)
     return np.stack(

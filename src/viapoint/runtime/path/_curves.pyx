@@ -60,6 +60,27 @@ def jet(const double[::1] segment, double w):
     return row[:3], row[3:6], row[6:9], row[9:13], row[13:16], row[16:]
 
 
+def bezier(const double[:, ::1] controls, const double[::1] t):
+    """As `bezier.bezier`."""
+    cdef Py_ssize_t count = t.shape[0], row, k, d = controls.shape[1], level, degree = controls.shape[0] - 1
+    values, firsts, seconds = np.empty((3, count, d))
+    cdef double[:, ::1] value = values, first = firsts, second = seconds
+    cdef double[::1] points = np.empty(controls.shape[0] * d)
+    for row in range(count):
+        memcpy(&points[0], &controls[0, 0], controls.shape[0] * d * sizeof(double))
+        for level in range(degree, 0, -1):
+            if level == 2:
+                for k in range(d):
+                    second[row, k] = degree * (degree - 1) * (points[2 * d + k] - 2.0 * points[d + k] + points[k])
+            if level == 1:
+                for k in range(d):
+                    first[row, k] = degree * (points[d + k] - points[k])
+            for k in range(level * d):
+                points[k] += t[row] * (points[k + d] - points[k])
+        memcpy(&value[row, 0], &points[0], d * sizeof(double))
+    return values, firsts, seconds
+
+
 cdef void _evaluate(const double *segment, double w, State *at) noexcept nogil:
     _turn(segment + 1 + _curve(segment, w, at), w, at)
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from viapoint.runtime.core import chosen
 from viapoint.runtime.path.moves import Floats
+
+_CORE = "path._curves"
 
 
 def bezier(controls: Floats, t: Floats) -> tuple[Floats, Floats, Floats]:
@@ -13,6 +16,9 @@ def bezier(controls: Floats, t: Floats) -> tuple[Floats, Floats, Floats]:
     By De Casteljau's algorithm (F 5-26…28), whose last levels but one and two hold the derivatives. Degree 2
     or more.
     """
+    if (core := chosen(_CORE)) is not None:
+        value, first, second = core.bezier(np.ascontiguousarray(controls), t)
+        return value, first, second
     degree = len(controls) - 1
     points, share = controls[:, None], t[:, None]
     first = second = points

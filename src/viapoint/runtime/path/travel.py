@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -70,7 +71,11 @@ class TableTravel:
 
     def upto(self, w: float) -> float:
         """Travelled from w = 0."""
-        return float(self.at(np.array([w]))[0])
+        x = w / self.step
+        k = min(max(int(x), 0), len(self.travel) - 2)
+        c0, c1, c2, c3, c4, c5 = self._monomials_of(k)
+        t = x - k
+        return c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
 
     def rates(self, w: Floats) -> Floats:
         """(N,) → (N,) d travel/dw."""
@@ -81,7 +86,7 @@ class TableTravel:
     def where(self, travelled: float) -> float:
         """The w at which so much has been travelled."""
         k = min(max(int(np.searchsorted(self.travel, travelled)) - 1, 0), len(self.travel) - 2)
-        c0, c1, c2, c3, c4, c5 = (float(c) for c in self._monomials(np.array(k)))
+        c0, c1, c2, c3, c4, c5 = self._monomials_of(k)
         rise = float(self.travel[k + 1]) - c0
         t = (travelled - c0) / rise if rise > 0.0 else 0.0
         for _ in range(_NEWTON_STEPS):
@@ -96,19 +101,31 @@ class TableTravel:
         return k, x - k
 
     def _monomials(self, k: np.ndarray[tuple[int], np.dtype[np.int64]]) -> tuple[Floats, ...]:
-        h = self.step
-        v0, v1 = h * self.speed[k], h * self.speed[k + 1]
-        a0, a1 = 0.5 * h * h * self.speed_change[k], 0.5 * h * h * self.speed_change[k + 1]
-        rise = self.travel[k + 1] - self.travel[k]
-        d0, d1, d2 = rise - v0 - a0, v1 - v0 - 2.0 * a0, a1 - a0
-        return (
-            self.travel[k],
-            v0,
-            a0,
-            10.0 * d0 - 4.0 * d1 + d2,
-            -15.0 * d0 + 7.0 * d1 - 2.0 * d2,
-            6.0 * d0 - 3.0 * d1 + d2,
-        )
+        k1 = k + 1
+        at = (self.travel[k], self.travel[k1], self.speed[k], self.speed[k1])
+        result: tuple[Floats, ...] = _quintic(self.step, *at, self.speed_change[k], self.speed_change[k1])
+        return result
+
+    def _monomials_of(self, k: int) -> tuple[float, ...]:
+        s, v, a = (each[k : k + 2].tolist() for each in (self.travel, self.speed, self.speed_change))
+        result: tuple[float, ...] = _quintic(self.step, *s, *v, *a)
+        return result
+
+
+def _quintic(h: float, s0: Any, s1: Any, speed0: Any, speed1: Any, change0: Any, change1: Any) -> Any:
+    """Coefficients over one step h between travels, speeds and their changes; of floats as of arrays."""
+    v0, v1 = h * speed0, h * speed1
+    a0, a1 = 0.5 * h * h * change0, 0.5 * h * h * change1
+    rise = s1 - s0
+    d0, d1, d2 = rise - v0 - a0, v1 - v0 - 2.0 * a0, a1 - a0
+    return (
+        s0,
+        v0,
+        a0,
+        10.0 * d0 - 4.0 * d1 + d2,
+        -15.0 * d0 + 7.0 * d1 - 2.0 * d2,
+        6.0 * d0 - 3.0 * d1 + d2,
+    )
 
 
 Travel = EvenTravel | TableTravel
