@@ -88,6 +88,11 @@ def test_compiled_conversions_are_those_of_the_twin() -> None:
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
     twin, compiled = by_both(lambda: rot.quaternion_to_matrix(q), "_rotations")
     assert np.abs(twin - compiled).max() <= 1e-15
+    twin_products, products = by_both(
+        lambda: rot.quaternion_multiply(q, rot.quaternion_conjugate(q[:, :1])), "_rotations"
+    )
+    assert products.shape == q.shape
+    assert np.array_equal(twin_products, products)
     back, compiled = by_both(lambda: rot.matrix_to_quaternion(twin), "_rotations")
     assert np.abs(back - compiled).max() <= 1e-15
     one = by_both(lambda: rot.matrix_to_quaternion(twin[2, 7]), "_rotations")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from both_cores import by_both
+from viapoint.runtime.path.bezier import bezier
 from viapoint.runtime.path.curves import Arc, Bezier, Straight
 from viapoint.runtime.path.segments import PoseSegment, sample
 from viapoint.runtime.path.turns import KeyedTurn, UniformTurn
@@ -54,3 +55,12 @@ def test_segments(seed: int) -> None:
         for name in ("position", "velocity", "acceleration", "quaternion", "rate", "rate_change"):
             a, b = (getattr(jet, name) for jet in jets)
             assert np.abs(a - b).max() <= SAME * (1.0 + np.abs(a).max())
+
+
+@pytest.mark.parametrize(("degree", "axes"), [(2, 1), (3, 3), (5, 7)])
+def test_curves_of_any_dimension(degree: int, axes: int) -> None:
+    draw = np.random.default_rng(degree)
+    controls, t = draw.normal(size=(degree + 1, axes)), draw.uniform(-0.1, 1.1, 20)
+    for twin, compiled in zip(*by_both(lambda: bezier(controls, t), "path._curves"), strict=True):
+        assert twin.shape == (20, axes)
+        assert np.array_equal(twin, compiled)

@@ -77,3 +77,22 @@ def test_inverse(name: str, given: tuple[int, ...]) -> None:
     assert np.array_equal(free[0], free[1])
     assert free[0][:10].all()
     assert not free[0].all()
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_solutions(name: str) -> None:
+    robot = load_robot(name)
+    every = robot.fk(joints(3))
+    every[40:50, :3, 3] += 10.0  # out of reach
+    reference = np.linspace(-0.5, 0.5, 6)
+    for near in (None, reference):
+
+        def found(near: np.ndarray | None = near) -> list[tuple[np.ndarray, np.ndarray]]:
+            return [robot.inside(X, near) for X in every]
+
+        for twin, compiled in zip(*by_both(found, "robots._inside"), strict=True):
+            assert np.array_equal(twin[1], compiled[1])
+            assert np.abs(twin[0] - compiled[0]).max(initial=0.0) <= SAME
+    twin, compiled = by_both(lambda: robot.ik(every), "robots._spherical")
+    assert np.array_equal(twin.valid, compiled.valid)
+    assert twin.valid.any(axis=1).sum() == len(every) - 10

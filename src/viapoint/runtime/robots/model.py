@@ -254,7 +254,7 @@ class Robot:
     def distance(self, a: Floats, b: Floats) -> float:
         """Length of the joint move from a to b (n,), every joint in units of its speed limit: s."""
         steps = (a - b) / self.limits.speed
-        return math.sqrt(float(steps @ steps))
+        return math.sqrt(float((steps * steps).sum()))
 
     def configuration(self, q: npt.ArrayLike) -> Ints:
         """(..., n) → (...) index of the branch that `ik_branch` must be given to come back to q."""
