@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from libc.math cimport INFINITY, fabs, isfinite, rint
+from libc.math cimport INFINITY, fabs, isfinite, rint, sqrt
 
 from viapoint.runtime.kernel import chebyshev as _twin
 
@@ -15,6 +15,8 @@ cdef extern from "_columns.h" nogil:
 
 cdef enum:
     ORDERS = 4
+
+cdef int TRAILING = _twin.TRAILING
 
 cdef double ROUNDING = _twin.ROUNDING
 cdef double TURN = 2.0 * np.pi
@@ -145,6 +147,50 @@ def joined(
                 coeffs[cell, 0, j] += 0.5 * gapped[j]
                 coeffs[cell, 1, j] -= 0.5 * gapped[j]
     return continued, finals
+
+
+def errors(const double[:, :, ::1] values, const double[:, :, ::1] coefficients, Py_ssize_t joints):
+    """As `fitting._errors`."""
+    cdef Py_ssize_t cell, node, j, m = values.shape[2]
+    found = np.zeros((3, values.shape[0]))
+    cdef double[:, ::1] error = found
+    cdef double size
+    for cell in range(values.shape[0]):
+        for node in range(NODES - TRAILING, NODES):
+            for j in range(m):
+                size = fabs(coefficients[cell, node, j])
+                if j < m - 4:
+                    error[0, cell] = max(error[0, cell], size)
+                else:
+                    error[1, cell] = max(error[1, cell], size)
+        for node in range(1, NODES):
+            for j in range(joints):
+                error[2, cell] = max(error[2, cell], fabs(values[cell, node, j] - values[cell, node - 1, j]))
+    return found
+
+
+def tcp_rates(
+    const double[:, :, ::1] jacobian, const double[:, ::1] speeds, const double[:, :, ::1] X, const double[::1] lever
+):
+    """As `sampling._tcp_rates`."""
+    cdef Py_ssize_t row, k, j, n = speeds.shape[1]
+    cdef double twist[6]
+    cdef double arm[3]
+    result = np.empty((speeds.shape[0], 2))
+    cdef double[:, ::1] rates = result
+    for row in range(speeds.shape[0]):
+        for k in range(6):
+            twist[k] = jacobian[row, k, 0] * speeds[row, 0]
+            for j in range(1, n):
+                twist[k] += jacobian[row, k, j] * speeds[row, j]
+        for k in range(3):
+            arm[k] = X[row, k, 0] * lever[0] + X[row, k, 1] * lever[1] + X[row, k, 2] * lever[2]
+        twist[0] += twist[4] * arm[2] - twist[5] * arm[1]
+        twist[1] += twist[5] * arm[0] - twist[3] * arm[2]
+        twist[2] += twist[3] * arm[1] - twist[4] * arm[0]
+        rates[row, 0] = sqrt(twist[0] * twist[0] + twist[1] * twist[1] + twist[2] * twist[2])
+        rates[row, 1] = sqrt(twist[3] * twist[3] + twist[4] * twist[4] + twist[5] * twist[5])
+    return result
 
 
 def evaluate(

@@ -20,7 +20,7 @@ from viapoint.runtime.records import Floats, Ints
 DEGREE: Final = 11
 """12 nodes a cell: the best trade of cell count against evaluation cost for arm kinematics."""
 
-_TRAILING: Final = 2
+TRAILING: Final = 2
 """Coefficients looked at to judge convergence; two, since odd or even ones may vanish by symmetry."""
 
 
@@ -114,7 +114,7 @@ def derived(coeffs: Floats, widths: Floats) -> Floats:
 
 def residual(coeffs: Floats) -> Floats:
     """Estimated interpolation error per cell and axis, (C, m): the size of the trailing coefficients."""
-    tail: Floats = np.abs(coeffs[:, -_TRAILING:, :]).max(axis=1)
+    tail: Floats = np.abs(coeffs[:, -TRAILING:, :]).max(axis=1)
     return tail
 
 

@@ -8,10 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
+from viapoint.runtime.core import chosen
 from viapoint.runtime.kernel.chebyshev import NODES, integrals
 from viapoint.runtime.kernel.failure import OutOfReach
 from viapoint.runtime.kernel.spans import Span
@@ -20,6 +21,8 @@ from viapoint.runtime.path import PoseSegment, Space, cross, sample_segments
 from viapoint.runtime.records import Bools, Floats
 from viapoint.runtime.robots import Robot
 from viapoint.runtime.rotations import invert_pose
+
+_CORE: Final = "kernel._axes"
 
 
 class NearSingular(Exception):
@@ -107,15 +110,32 @@ def _given(robot: Robot, groups: Sequence[_Group], reference: Floats, q: Floats,
         return
     joints = np.concatenate([group.stretch.curve.joints(group.w) for group in given])
     speeds = np.concatenate([group.stretch.curve.joint_rates(group.w) for group in given])
-    twist = (robot.jacobian(joints) @ speeds[:, :, None])[:, :, 0]
-    lever = robot.fk(joints)[:, :3, :3] @ invert_pose(given[0].stretch.X_tool_flange)[:3, 3]
-    twist[:, :3] += cross(twist[:, 3:], lever)
-    sizes = np.sqrt((twist * twist).reshape(-1, 2, 3).sum(axis=2))
+    lever = invert_pose(given[0].stretch.X_tool_flange)[:3, 3]
+    sizes = _tcp_rates(robot.jacobian(joints), speeds, robot.fk(joints), lever)
     first = 0
     for group in given:
         last = first + len(group.w)
         q[group.rows], rates[group.rows] = joints[first:last], sizes[first:last]
         first = last
+
+
+def _tcp_rates(jacobian: Floats, speeds: Floats, X_base_flange: Floats, lever: Floats) -> Floats:
+    """Speed and angular speed (N, 2) of a point `lever` (3,) off the flange, from Jacobians (N, 6, n), joint
+    speeds (N, n) and poses (N, 4, 4).
+
+    Summed in the order of the compiled module's, and not by matrix products: those round otherwise.
+    """
+    if (core := chosen(_CORE)) is not None:
+        rows = np.ascontiguousarray(jacobian), speeds, np.ascontiguousarray(X_base_flange)
+        return np.asarray(core.tcp_rates(*rows, np.ascontiguousarray(lever)))
+    twist = jacobian[:, :, 0] * speeds[:, 0, None]
+    for k in range(1, speeds.shape[1]):
+        twist += jacobian[:, :, k] * speeds[:, k, None]
+    R = X_base_flange[:, :3, :3]
+    arm = R[:, :, 0] * lever[0] + R[:, :, 1] * lever[1] + R[:, :, 2] * lever[2]
+    twist[:, :3] += cross(twist[:, 3:], arm)
+    sizes: Floats = np.sqrt((twist * twist).reshape(-1, 2, 3).sum(axis=2))
+    return sizes
 
 
 def _guided(robot: Robot, groups: Sequence[_Group], reference: Floats, q: Floats, rates: Floats) -> None:
