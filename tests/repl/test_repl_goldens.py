@@ -1,12 +1,13 @@
 """Whole sittings, word for word: the golden file holds what is typed (behind its prompt) and what is said.
 
 What the time law decides is masked: durations, times, the lengths travelled in a tick, and where the
-robot is when it is stopped on its way.
+robot is when it is stopped on its way or let go by a belt.
 """
 
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -28,7 +29,10 @@ def typed(transcript: str) -> str:
 
 def masked(transcript: str) -> str:
     lines = (_FIGURES.sub(r"# \1", line) for line in transcript.splitlines())
-    return "\n".join(_ON_ITS_WAY.sub("…", line) if line.startswith("stopped") else line for line in lines)
+    return "\n".join(
+        _ON_ITS_WAY.sub("…", line) if line.startswith("stopped") or before.endswith("decoupled") else line
+        for before, line in pairwise(("", *lines))
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,12 +1,10 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Compiled core of the recorder: ticks into blocks, numbers into message templates, links into frames, checksums.
+"""Compiled core of the recorder: ticks into blocks, numbers into message templates, links into frames.
 
-Twins: `fill`, `motion` and `changes` of `blocks`, `wire.encode`, `mcapwriter.address`, `zlib.crc32`, and
-`link_frames` with `chained` in `scene`. The same bytes: it is built for machines whose numbers begin with the
-lowest byte, as those in the file do.
+Twins: `fill`, `motion` and `changes` of `blocks`, `wire.encode`, `mcapwriter.address`, and `link_frames` with
+`chained` in `scene`. The same bytes: it is built for machines whose numbers begin with the lowest byte, as
+those in the file do.
 """
-
-import zlib
 
 import numpy as np
 
@@ -21,18 +19,11 @@ cdef extern from "_loose.h":
     ctypedef double loose_double
     ctypedef int loose_int
 
-cdef extern from "_fold.h" nogil:
-    const int LANES
-    const int LANE
-    bint folds()
-    void fold(const unsigned char *data, long blocks, unsigned int state, unsigned char *folded)
-
 cdef double SHORT = _twin.SHORT
 cdef double DOWNWARD = _twin.DOWNWARD
 cdef int PADDED_VARINT = _wire.PADDED_VARINT
 cdef size_t TIME_SLOT_SIZE = _wire.TIME_SLOT_SIZE
 cdef long long NANOSECONDS = _wire.NANOSECONDS
-cdef unsigned int START = 0xFFFFFFFF  # the state a CRC begins in; zlib's argument is its inverse
 
 
 def fill(
@@ -172,16 +163,6 @@ def address(
         memcpy(at + 23, &nanoseconds[i], 8)
         index[i, 0], index[i, 1] = nanoseconds[i], offset + i * rows.shape[1]
     return result
-
-
-def crc32(const unsigned char[::1] data):
-    """As `zlib.crc32`, which does what the processor cannot fold."""
-    cdef Py_ssize_t blocks = data.shape[0] // (LANES * LANE) if folds() else 0
-    cdef unsigned char folded[16]
-    if not blocks:
-        return zlib.crc32(data)
-    fold(&data[0], blocks, START, folded)
-    return zlib.crc32(data[blocks * LANES * LANE:], zlib.crc32(folded[:LANE], START))
 
 
 cdef void _link_turn(const double *start, const double *end, double *q) noexcept nogil:

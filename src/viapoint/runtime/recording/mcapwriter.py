@@ -199,11 +199,10 @@ class McapWriter:
         self._file.flush()
 
     def _write_chunk(self, chunk: _Chunk) -> None:
-        raw, module = chunk.raw[: chunk.size], core.chosen("recording._core")
-        checksum = zlib.crc32(raw) if module is None else module.crc32(raw)
+        raw = chunk.raw[: chunk.size]
         packed = lz4.frame.compress(raw, compression_level=_LEVEL, block_linked=False)
         times, start = struct.pack("<QQ", chunk.first, chunk.last), self._at
-        head = times + struct.pack("<QI", len(raw), checksum) + _text("lz4")
+        head = times + struct.pack("<QI", len(raw), zlib.crc32(raw)) + _text("lz4")
         head += struct.pack("<Q", len(packed))
         self._write(struct.pack("<BQ", _Op.CHUNK, len(head) + len(packed)) + head)
         self._write(packed)
