@@ -8,7 +8,7 @@ STAMP  := $(VENV)/.installed
 
 setup: $(STAMP)
 
-$(STAMP): pyproject.toml setup.py $(wildcard src/viapoint/runtime/_*.pyx src/viapoint/runtime/*/_*.pyx src/viapoint/runtime/*/_*.h)
+$(STAMP): pyproject.toml setup.py $(wildcard src/viapoint/runtime/_*.pyx src/viapoint/runtime/_*.h src/viapoint/runtime/*/_*.pyx src/viapoint/runtime/*/_*.h)
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	touch $(STAMP)

@@ -21,7 +21,7 @@ def compiled_modules() -> list[Extension]:
         Extension(
             ".".join(source.relative_to("src").with_suffix("").parts),
             [str(source)],
-            depends=[str(source), *sorted(str(header) for header in source.parent.glob("_*.h"))],
+            depends=[str(source), *headers(source)],
             extra_compile_args=strict,
         )
         for source in sorted(Path("src/viapoint/runtime").rglob("_*.pyx"))
@@ -30,6 +30,12 @@ def compiled_modules() -> list[Extension]:
     for module in built:
         module.optional = True  # a failing compiler is a warning; cythonize does not hand this on
     return built
+
+
+def headers(source: Path) -> list[str]:
+    """What a module may include: headers beside it, and those of the whole runtime."""
+    found = {*source.parent.glob("_*.h"), *Path("src/viapoint/runtime").glob("_*.h")}
+    return sorted(str(header) for header in found)
 
 
 setup(ext_modules=compiled_modules())
