@@ -24,7 +24,10 @@ _SHARE: Final = 0.25
 """λ ÷ W: the speed of s along the path changes over the whole width, not in a part of it."""
 
 _STEPS: Final = 80
-"""Newton steps, or halvings where they leave the bracket; about 8 are needed."""
+"""Newton steps at most, or halvings where they leave the bracket; two to six are needed."""
+
+_SETTLED: Final = 1e-15
+"""Relative step below which Newton's method only follows the rounding of its sums, for ever if it may."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,25 +45,27 @@ class Warp:
     def parameter(self, x: Floats) -> Floats:
         """s (N,) from the place of the miss at x (N,)."""
         inside = np.clip(x, -self.width, self.width)
-        return self._sum(np.arcsinh(inside / self.distance)) + (x - inside)
+        return self._sum(np.arcsinh(inside / self.distance), inside) + (x - inside)
 
     def place(self, s: Floats) -> Floats:
         """x (N,) at s (N,): the inverse, to the relative precision of x."""
         d, lam = self.distance, self.scale
         high = np.full_like(s, np.arcsinh(self.width / d))
         low = -high
-        outermost = self._sum(high)
+        outermost = self._sum(high, np.full_like(s, self.width))
         outside = s - np.clip(s, -outermost, outermost)
         s = s - outside
         a = np.clip(s / lam, low, high)
         for _ in range(_STEPS):
-            over = self._sum(a) - s
+            x = d * np.sinh(a)
+            over = self._sum(a, x) - s
             low, high = np.where(over > 0.0, low, a), np.where(over > 0.0, a, high)
-            newton = a - over / (d * np.cosh(a) + lam * self._bump(d * np.sinh(a)))
+            newton = a - over / (np.hypot(x, d) + lam * self._bump(x))
             following = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
-            if np.all(np.abs(following - a) <= 1e-16 * np.abs(a)):
-                break
+            settled = (np.abs(following - a) <= _SETTLED * np.abs(a)).all()
             a = following
+            if settled:
+                break
         result: Floats = d * np.sinh(a) + outside
         return result
 
@@ -71,16 +76,17 @@ class Warp:
         return result
 
     def _bump(self, x: Floats) -> Floats:
-        result: Floats = np.maximum(1.0 - (x / self.width) ** 2, 0.0) ** 4
+        result: Floats = np.square(np.square(np.maximum(1.0 - np.square(x / self.width), 0.0)))
         return result
 
-    def _sum(self, a: Floats) -> Floats:
+    def _sum(self, a: Floats, x: Floats) -> Floats:
         """s at x = d·sinh a: the integral of B/√ is then one of even powers of sinh, found by recursion."""
-        d = self.distance / self.width
-        x, r = d * np.sinh(a), d * np.cosh(a)
+        d, x = self.distance / self.width, x / self.width
+        r, odd, square = np.hypot(x, d), x, np.square(x)
         power, total = a, _BINOMIALS[0] * a
         for n in range(1, len(_BINOMIALS)):
-            power = (x ** (2 * n - 1) * r - (2 * n - 1) * d * d * power) / (2 * n)
+            power = (odd * r - (2 * n - 1) * d * d * power) / (2 * n)
             total = total + _BINOMIALS[n] * power
+            odd = odd * square
         result: Floats = self.width * (x + _SHARE * total)
         return result
