@@ -115,9 +115,7 @@ def foxglove_layout(axes: tuple[Axis, ...]) -> str:
         "items": [{"proportion": 1, "content": panel} for panel in others],
     }
     items = [{"proportion": 3, "content": scene}, {"proportion": 2, "content": column}]
-    return json.dumps(
-        {"version": 1, "content": {"type": "split", "direction": "row", "items": items}}, indent=1
-    )
+    return json.dumps({"version": 1, "content": {"type": "split", "direction": "row", "items": items}})
 
 
 def lichtblick_layout(axes: tuple[Axis, ...]) -> str:
@@ -132,8 +130,7 @@ def lichtblick_layout(axes: tuple[Axis, ...]) -> str:
             "userNodes": {},
             "playbackConfig": {"speed": 1},
             "layout": layout,
-        },
-        indent=1,
+        }
     )
 
 
