@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from viapoint.runtime.kernel import chebyshev
-from viapoint.runtime.records import Floats
+from viapoint.runtime.records import Bools, Floats
 
 Complexes = npt.NDArray[np.complex128]
 
@@ -36,6 +36,15 @@ _SHORTEST: Final = 1e-5
 
 Vector = Callable[[Floats], Complexes]
 """V at places w (N,) of a path."""
+
+_POWERS: Final = np.stack(
+    [
+        np.pad(np.polynomial.chebyshev.cheb2poly(row[: k + 1]), (0, chebyshev.DEGREE - k))
+        for k, row in enumerate(np.eye(chebyshev.DEGREE + 1))
+    ],
+    axis=1,
+)
+"""Chebyshev coefficients to those of powers, ascending."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,18 +73,24 @@ class Bearing:
         return replace(self, centre=centre, coefficients=_moved(self.coefficients, by))
 
 
-def zeros(vector: Vector, begin: float, end: float, near: float) -> list[complex]:
-    """Zeros of V within `near` (m) of begin … end, as places w + i·d."""
-    half = 0.5 * (end - begin)
-    coefficients = _polynomial(vector, begin, end, begin + half)
-    if not len(coefficients):
-        if half < _SHORTEST:
-            return []
-        middle = begin + half
-        return zeros(vector, begin, middle, near) + zeros(vector, middle, end, near)
-    found = begin + half * (1.0 + _roots(coefficients))
-    outside = np.maximum(np.maximum(begin - found.real, found.real - end), 0.0)
-    return [complex(w) for w in found[np.hypot(outside, found.imag) <= near]]
+def zeros(vector: Vector, edges: Floats, near: float) -> list[complex]:
+    """Zeros of V within `near` (m) of the intervals between edges (K + 1,), as places w + i·d.
+
+    One look at V serves all intervals; those over which it is not smooth are halved for the next one.
+    """
+    begins, ends, found = edges[:-1], edges[1:], []
+    while len(begins):
+        halves = 0.5 * (ends - begins)
+        series, smooth = _series(vector, begins, halves)
+        for k in np.flatnonzero(smooth & _may_vanish(series, near / halves)).tolist():
+            begin, end, half = begins[k], ends[k], halves[k]
+            places = begin + half * (1.0 + _roots(_trimmed(_POWERS @ series[k])))
+            outside = np.maximum(np.maximum(begin - places.real, places.real - end), 0.0)
+            found += [complex(w) for w in places[np.hypot(outside, places.imag) <= near]]
+        left = np.flatnonzero(~smooth & (halves >= _SHORTEST))
+        middles = begins[left] + halves[left]
+        begins, ends = np.concatenate((begins[left], middles)), np.concatenate((middles, ends[left]))
+    return found
 
 
 def fit(vector: Vector, joint: int, centre: float, begin: float, end: float, near: float) -> Bearing | None:
@@ -122,14 +137,36 @@ def _is_singular(coefficients: Complexes, zero: float, end: float) -> bool:
 def _polynomial(vector: Vector, begin: float, end: float, centre: float) -> Complexes:
     """Coefficients of V, ascending, in (w − centre)/half length; none where V is not smooth."""
     half = 0.5 * (end - begin)
-    values = vector(begin + 2.0 * half * chebyshev.NODES)
-    parts = chebyshev.unrounded_coefficients(np.stack((values.real, values.imag), axis=1)[None])
-    tail = chebyshev.residual(parts).max()
-    series = parts[0, :, 0] + 1j * parts[0, :, 1]
-    if tail > _SMOOTH * max(1.0, np.abs(series).max()):
+    series, smooth = _series(vector, np.array([begin]), np.array([half]))
+    if not smooth[0]:
         return np.zeros(0, dtype=np.complex128)
-    powers = np.asarray(np.polynomial.chebyshev.cheb2poly(series), dtype=np.complex128)
-    return _moved(powers, (centre - begin) / half - 1.0)
+    return _moved(_trimmed(_POWERS @ series[0]), (centre - begin) / half - 1.0)
+
+
+def _series(vector: Vector, begins: Floats, halves: Floats) -> tuple[Complexes, Bools]:
+    """Chebyshev coefficients (K, D+1) of V on intervals of half lengths (K,), and where V is smooth (K,)."""
+    values = vector((begins[:, None] + 2.0 * halves[:, None] * chebyshev.NODES).ravel())
+    parts = np.stack((values.real, values.imag), axis=1).reshape(len(begins), -1, 2)
+    parts = chebyshev.unrounded_coefficients(parts)
+    series = parts[:, :, 0] + 1j * parts[:, :, 1]
+    tail = chebyshev.residual(parts).max(axis=1)
+    return series, tail <= _SMOOTH * np.maximum(1.0, np.abs(series).max(axis=1))
+
+
+def _may_vanish(series: Complexes, near: Floats) -> Bools:
+    """Whether V (K, D+1) may be 0 within `near` (K,) half lengths of its interval: V at the middle is not
+    larger than all that the other terms can come to there.
+    """
+    powers = np.abs(series @ _POWERS.T)
+    reach = (1.0 + near)[:, None] ** np.arange(1, powers.shape[1])
+    may: Bools = powers[:, 0] <= (powers[:, 1:] * reach).sum(axis=1)
+    return may
+
+
+def _trimmed(coefficients: Complexes) -> Complexes:
+    """Without leading coefficients that are exactly 0."""
+    last = np.flatnonzero(coefficients)
+    return coefficients[: int(last[-1]) + 1 if len(last) else 1]
 
 
 def _moved(coefficients: Complexes, by: float) -> Complexes:

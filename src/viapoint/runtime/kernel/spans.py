@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -209,9 +208,8 @@ class _Divider:
         edges = np.linspace(span.begin, span.end, max(1, round((span.end - span.begin) / _SCAN)) + 1)
         if np.all(np.abs(vector(np.linspace(span.begin, span.end, 2 * len(edges) + 1))) < SINGULAR):
             return [[]]
-        found = [w for a, b in pairwise(edges.tolist()) for w in zeros(vector, a, b, _NEAR)]
         groups: list[list[complex]] = []
-        for zero in sorted(found, key=lambda zero: (zero.real, zero.imag)):
+        for zero in sorted(zeros(vector, edges, _NEAR), key=lambda zero: (zero.real, zero.imag)):
             if groups and zero.real - groups[-1][-1].real <= _TOGETHER:
                 groups[-1].append(zero)
             else:
