@@ -17,7 +17,7 @@ from viapoint.runtime.kernel import chebyshev
 from viapoint.runtime.kernel.auxiliary import NO_AXES, AuxiliaryAxes
 from viapoint.runtime.kernel.chebyshev import Cells, Tables
 from viapoint.runtime.kernel.failure import PlanningError
-from viapoint.runtime.kernel.fitting import Fitted, fit, joint_jump
+from viapoint.runtime.kernel.fitting import JOINT_TOLERANCE, Fitted, fit, joint_jump
 from viapoint.runtime.kernel.joining import Joined, Joiner
 from viapoint.runtime.kernel.sampling import NearSingular
 from viapoint.runtime.kernel.spans import Division, Span, divide, whole
@@ -96,7 +96,13 @@ class AxisPath:
         owner = np.array([cell.span for cell in fitted.cells])
         return self._joiner.join(q, stretches, fitted, owner, at_rest=at_rest)
 
-    def follow(self, stretch: Stretch, configuration: int, rest: tuple[bool, bool]) -> Division:
+    def follow(
+        self,
+        stretch: Stretch,
+        configuration: int,
+        rest: tuple[bool, bool],
+        tolerance: float = JOINT_TOLERANCE,
+    ) -> Division:
         """Compile one piece onto the end, through and past singular poses; entered in a configuration.
 
         `rest` says whether the path stands still at its begin and its end. Raises PlanningError naming the
@@ -105,10 +111,10 @@ class AxisPath:
         plain = whole(stretch, configuration)
         division = Division([plain], configuration, False, False)
         try:
-            fitted = self._fit([stretch], [plain])
+            fitted = self._fit([stretch], [plain], tolerance=tolerance)
         except NearSingular:
             division = divide(self.robot, stretch, configuration, self.q_end, rest)
-            fitted = self._patiently(stretch, division.spans)
+            fitted = self._patiently(stretch, division.spans, tolerance)
         owner = np.zeros(len(fitted.cells), dtype=np.int64)
         q = self._last[: self.n]
         laid = self._lay([stretch], self._joiner.join(q, [stretch], fitted, owner, at_rest=rest[0]))
@@ -116,12 +122,21 @@ class AxisPath:
             raise laid.fault
         return division
 
-    def _fit(self, stretches: Sequence[Stretch], spans: Sequence[Span], *, patient: bool = False) -> Fitted:
-        return fit(self.robot, stretches, spans, self._last[: self.n], patient=patient)
+    def _fit(
+        self,
+        stretches: Sequence[Stretch],
+        spans: Sequence[Span],
+        *,
+        patient: bool = False,
+        tolerance: float = JOINT_TOLERANCE,
+    ) -> Fitted:
+        return fit(
+            self.robot, stretches, spans, self._last[: self.n], patient=patient, tolerance=tolerance
+        )
 
-    def _patiently(self, stretch: Stretch, spans: Sequence[Span]) -> Fitted:
+    def _patiently(self, stretch: Stretch, spans: Sequence[Span], tolerance: float) -> Fitted:
         try:
-            return self._fit([stretch] * len(spans), spans, patient=True)
+            return self._fit([stretch] * len(spans), spans, patient=True, tolerance=tolerance)
         except NearSingular:
             raise joint_jump(stretch, 0.0) from None
 

@@ -29,6 +29,9 @@ JOINT_TOLERANCE: Final = 2e-12
 _LENGTH_TOLERANCE: Final = 1e-8
 """m (rad for the angle). Lengths meter speeds; they do not place the TCP."""
 
+TURNS_ONLY: Final = 1e-3
+"""rad or m. Joints followed so closely cannot be misread by a turn, nor any but those that jump be lost."""
+
 _ROUNDING: Final = 1e-15
 """m or rad by which a pose and its way through the inverse kinematics are rounded."""
 
@@ -82,8 +85,9 @@ def fit(
     reference: Floats,
     *,
     patient: bool = False,
+    tolerance: float = JOINT_TOLERANCE,
 ) -> Fitted:
-    """Cells of each span, halved until all are good; one batch a round for all spans.
+    """Cells of each span, halved until all are good to the tolerance; one batch a round for all spans.
 
     `stretches` are the spans' own, `reference` (n,) the joints near which the turns are. Raises NearSingular
     where a path is not ordinary (unless `patient`), PlanningError where a pose is out of reach.
@@ -93,9 +97,10 @@ def fit(
     while todo:
         values = sample(robot, stretches, spans, todo, reference)
         coeffs = chebyshev.coefficients(values)
-        good = _converged(values, coeffs, robot.joint_count)
+        good = _converged(values, coeffs, robot.joint_count, tolerance)
         if patient:
-            for k in np.flatnonzero(~good).tolist():
+            shaken = ~good & _converged(values, coeffs, robot.joint_count, _MOST_ROUNDING)
+            for k in np.flatnonzero(shaken).tolist():
                 good[k] = not spans[todo[k].span].bearings and _is_rounding(robot, values[k], coeffs[k])
         if good.all():
             done.append((todo, values, coeffs))
@@ -126,10 +131,12 @@ def _first_cells(index: int, span: Span) -> Iterator[Cell]:
     return (Cell(index, k * width, width) for k in range(count))
 
 
-def _converged(values: Floats, coeffs: Floats, joints: int, tolerance: float = JOINT_TOLERANCE) -> Bools:
+def _converged(values: Floats, coeffs: Floats, joints: int, tolerance: float) -> Bools:
     """Which cells are good, (C,): the error left in joints and auxiliary axes is below the tolerance."""
     driven, lengths, step = _errors(values, coeffs, joints)
-    good: Bools = (driven < tolerance) & (lengths < _LENGTH_TOLERANCE) & (step < _LARGEST_STEP)
+    good: Bools = (
+        (driven < tolerance) & (lengths < max(_LENGTH_TOLERANCE, tolerance)) & (step < _LARGEST_STEP)
+    )
     return good
 
 

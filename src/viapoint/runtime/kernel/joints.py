@@ -13,6 +13,7 @@ import numpy as np
 
 from viapoint.runtime.kernel.axispath import AxisPath
 from viapoint.runtime.kernel.failure import JointJump, PlanningError
+from viapoint.runtime.kernel.fitting import TURNS_ONLY
 from viapoint.runtime.kernel.spans import divide
 from viapoint.runtime.kernel.stretch import FlangePath, Stretch
 from viapoint.runtime.path import Poses
@@ -82,13 +83,13 @@ def end_joints(robot: Robot, stretch: Stretch, q_start: Floats, margin: float) -
         return PathEnd(q[-1], X[-1], configuration, sure)
     axes = AxisPath(robot, q_leaving)
     try:
-        axes.follow(stretch, configuration, (True, True))
+        axes.follow(stretch, configuration, (True, True), TURNS_ONLY)
     except JointJump as jump:
         turned = held_turn(robot, q_leaving, jump)
         if turned is None:
             raise
         axes = AxisPath(robot, turned)
-        axes.follow(stretch, configuration, (True, True))
+        axes.follow(stretch, configuration, (True, True), TURNS_ONLY)
     return PathEnd(axes.q_end, X[-1], configuration, sure=False)
 
 
