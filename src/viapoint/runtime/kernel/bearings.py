@@ -73,15 +73,21 @@ class Bearing:
         return replace(self, centre=centre, coefficients=_moved(self.coefficients, by))
 
 
-def zeros(vector: Vector, edges: Floats, near: float) -> list[complex]:
+def zeros(vector: Vector, edges: Floats, near: float) -> list[complex] | None:
     """Zeros of V within `near` (m) of the intervals between edges (K + 1,), as places w + i·d.
 
-    One look at V serves all intervals; those over which it is not smooth are halved for the next one.
+    None where V vanishes all along. One look at V serves all intervals; those over which it is not smooth
+    are halved for the next one.
     """
-    begins, ends, found = edges[:-1], edges[1:], []
+    found: list[complex] = []
+    begins, ends = edges[:-1], edges[1:]
+    vanishes = True
     while len(begins):
         halves = 0.5 * (ends - begins)
-        series, smooth = _series(vector, begins, halves)
+        values, series, smooth = _looked_at(vector, begins, halves)
+        vanishes = vanishes and bool((np.abs(values) < SINGULAR).all())
+        if vanishes:
+            return None
         for k in np.flatnonzero(smooth & _may_vanish(series, near / halves)).tolist():
             begin, end, half = begins[k], ends[k], halves[k]
             places = begin + half * (1.0 + _roots(_trimmed(_POWERS @ series[k])))
@@ -91,6 +97,11 @@ def zeros(vector: Vector, edges: Floats, near: float) -> list[complex]:
         middles = begins[left] + halves[left]
         begins, ends = np.concatenate((begins[left], middles)), np.concatenate((middles, ends[left]))
     return found
+
+
+def smooth(vector: Vector, begins: Floats, ends: Floats) -> Bools:
+    """Whether V is smooth on each of the intervals (K,)."""
+    return _looked_at(vector, begins, 0.5 * (ends - begins))[2]
 
 
 def fit(vector: Vector, joint: int, centre: float, begin: float, end: float, near: float) -> Bearing | None:
@@ -137,20 +148,22 @@ def _is_singular(coefficients: Complexes, zero: float, end: float) -> bool:
 def _polynomial(vector: Vector, begin: float, end: float, centre: float) -> Complexes:
     """Coefficients of V, ascending, in (w − centre)/half length; none where V is not smooth."""
     half = 0.5 * (end - begin)
-    series, smooth = _series(vector, np.array([begin]), np.array([half]))
+    _, series, smooth = _looked_at(vector, np.array([begin]), np.array([half]))
     if not smooth[0]:
         return np.zeros(0, dtype=np.complex128)
     return _moved(_trimmed(_POWERS @ series[0]), (centre - begin) / half - 1.0)
 
 
-def _series(vector: Vector, begins: Floats, halves: Floats) -> tuple[Complexes, Bools]:
-    """Chebyshev coefficients (K, D+1) of V on intervals of half lengths (K,), and where V is smooth (K,)."""
+def _looked_at(vector: Vector, begins: Floats, halves: Floats) -> tuple[Complexes, Complexes, Bools]:
+    """V on intervals of half lengths (K,): at their nodes (K·(D+1),), as Chebyshev coefficients (K, D+1),
+    and where it is smooth (K,).
+    """
     values = vector((begins[:, None] + 2.0 * halves[:, None] * chebyshev.NODES).ravel())
     parts = np.stack((values.real, values.imag), axis=1).reshape(len(begins), -1, 2)
     parts = chebyshev.unrounded_coefficients(parts)
     series = parts[:, :, 0] + 1j * parts[:, :, 1]
     tail = chebyshev.residual(parts).max(axis=1)
-    return series, tail <= _SMOOTH * np.maximum(1.0, np.abs(series).max(axis=1))
+    return values, series, tail <= _SMOOTH * np.maximum(1.0, np.abs(series).max(axis=1))
 
 
 def _may_vanish(series: Complexes, near: Floats) -> Bools:

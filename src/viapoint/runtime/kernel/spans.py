@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from viapoint.runtime.kernel.bearings import SINGULAR, Bearing, Complexes, fit, held, zeros
+from viapoint.runtime.kernel.bearings import Bearing, Complexes, fit, held, smooth, zeros
 from viapoint.runtime.kernel.stretch import FlangePath
 from viapoint.runtime.kernel.warp import Warp
 from viapoint.runtime.records import Bools, Floats
@@ -50,8 +50,8 @@ _FINE: Final = 2e-5
 """m. At a miss by more, ticks resolve the turn of the joint without widening: s of 10 m is rounded to
 2e-15 m, which is 1e-10 rad of the joint and 1 rad/s³ at a millisecond."""
 
-_SHORTEST: Final = 1e-5
-"""m. A vector that is not smooth even this near to its zero is left alone."""
+_WIDTHS: Final = _WIDTH * 0.5 ** np.arange(13)
+"""Tried in this order; a vector that is not smooth even so near to its zero is left alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,10 +206,11 @@ class _Divider:
         """Zeros on a span, those together in one list; an empty one: the joint is free all along it."""
         vector = partial(self._vector, span, number)
         edges = np.linspace(span.begin, span.end, max(1, round((span.end - span.begin) / _SCAN)) + 1)
-        if np.all(np.abs(vector(np.linspace(span.begin, span.end, 2 * len(edges) + 1))) < SINGULAR):
+        found = zeros(vector, edges, _NEAR)
+        if found is None:
             return [[]]
         groups: list[list[complex]] = []
-        for zero in sorted(zeros(vector, edges, _NEAR), key=lambda zero: (zero.real, zero.imag)):
+        for zero in sorted(found, key=lambda zero: (zero.real, zero.imag)):
             if groups and zero.real - groups[-1][-1].real <= _TOGETHER:
                 groups[-1].append(zero)
             else:
@@ -222,18 +223,16 @@ class _Divider:
             bearing = held(joint, float(self._reference[joint]))
             return replace(span, bearings=(*span.bearings, bearing))
         vector = partial(self._vector, span, number)
-        first, last = near[0].real, near[-1].real
-        width = _WIDTH
-        while width > _SHORTEST:
-            begin, end = max(done, first - width), min(span.end, last + width)
-            if end <= begin:
-                return None
+        begins = np.maximum(done, near[0].real - _WIDTHS)
+        ends = np.minimum(span.end, near[-1].real + _WIDTHS)
+        room = ends > begins
+        for k in np.flatnonzero(room & smooth(vector, begins, np.maximum(ends, begins + _SLIVER))).tolist():
+            begin, end = float(begins[k]), float(ends[k])
             centre = 0.5 * (begin + end)
             fitted = fit(vector, joint, centre, begin, end, _NEAR)
             if fitted is not None:
                 bearings = (*span.bearings, fitted)
                 return replace(span, begin=begin, end=end, centre=centre, bearings=bearings)
-            width *= 0.5
         return None
 
     def _widened(self, near: Span) -> list[Span]:
