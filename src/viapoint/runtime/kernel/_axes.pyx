@@ -12,6 +12,7 @@ cdef extern from "_columns.h" nogil:
     void polynomials(double, double *)
     void sums(const double *, const double *, Py_ssize_t, Py_ssize_t, double *)
     void evaluated(Py_ssize_t, const double *, const long *, const double *, Py_ssize_t, Py_ssize_t, double *)
+    void weighed(Py_ssize_t, const double *, const double *, Py_ssize_t, double *)
 
 cdef enum:
     ORDERS = 4
@@ -29,39 +30,35 @@ if _twin.DEGREE + 1 != NODES:
 
 def coefficients(const double[:, :, ::1] values, bint rounded):
     """Values (C, D+1, m) at the nodes to Chebyshev coefficients; `rounded`: tiny ones are zero."""
-    cdef Py_ssize_t cell, k, n, j, axes = values.shape[2]
-    cdef double factor
+    cdef Py_ssize_t cell, k, axes = values.shape[2]
     cdef double *row
-    result = np.zeros((values.shape[0], NODES, axes))
+    result = np.empty((values.shape[0], NODES, axes))
     cdef double[:, :, ::1] coeffs = result
-    for cell in range(values.shape[0]):
-        for k in range(NODES):
-            row = &coeffs[cell, k, 0]
-            for n in range(NODES):
-                factor = TO_COEFFICIENTS[k, n]
-                for j in range(axes):
-                    row[j] += factor * values[cell, n, j]
-            if rounded and k > 1:
-                for j in range(axes):
-                    if fabs(row[j]) < ROUNDING:
-                        row[j] = 0.0
+    if not result.size:
+        return result
+    weighed(values.shape[0], &TO_COEFFICIENTS[0, 0], &values[0, 0, 0], axes, &coeffs[0, 0, 0])
+    if rounded:
+        for cell in range(values.shape[0]):
+            row = &coeffs[cell, 2, 0]
+            for k in range((NODES - 2) * axes):
+                row[k] = 0.0 if fabs(row[k]) < ROUNDING else row[k]
     return result
 
 
 def integrals(const double[:, :, ::1] rates, const double[::1] widths):
     """Integrals (C, D+1, m) from each cell's start up to its nodes, of functions given there."""
-    cdef Py_ssize_t cell, k, n, j, axes = rates.shape[2]
-    cdef double factor
-    result = np.zeros((rates.shape[0], NODES, axes))
+    cdef Py_ssize_t cell, k, axes = rates.shape[2]
+    cdef double half
+    cdef double *row
+    result = np.empty((rates.shape[0], NODES, axes))
     cdef double[:, :, ::1] values = result
+    if not result.size:
+        return result
+    weighed(rates.shape[0], &INTEGRATE[0, 0], &rates[0, 0, 0], axes, &values[0, 0, 0])
     for cell in range(rates.shape[0]):
-        for k in range(NODES):
-            for n in range(NODES):
-                factor = INTEGRATE[k, n]
-                for j in range(axes):
-                    values[cell, k, j] += factor * rates[cell, n, j]
-            for j in range(axes):
-                values[cell, k, j] *= 0.5 * widths[cell]
+        row, half = &values[cell, 0, 0], 0.5 * widths[cell]
+        for k in range(NODES * axes):
+            row[k] *= half
     return result
 
 

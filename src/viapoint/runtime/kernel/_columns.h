@@ -19,11 +19,11 @@ static inline void polynomials(double x, double *basis) {
     for (int k = 2; k < NODES; k++) basis[k] = 2.0 * x * basis[k - 1] - basis[k - 2];
 }
 
-/* Polynomials times the coefficients (NODES, axes) of `count` columns, a constant, in registers. */
+/* Polynomials, or other weights, times rows (NODES, axes) of `count` columns, a constant, in registers. */
 static inline void some(int count, const double *restrict basis, const double *restrict row, ptrdiff_t axes,
                         double *restrict values) {
     double total[LANES];
-    for (int i = 0; i < count; i++) total[i] = row[i];
+    for (int i = 0; i < count; i++) total[i] = basis[0] * row[i];
     for (int k = 1; k < NODES; k++) {
         row += axes;
         for (int i = 0; i < count; i++) total[i] += basis[k] * row[i];
@@ -47,6 +47,14 @@ WIDE static void evaluated(ptrdiff_t n, const double *restrict bases, const long
                            double *restrict values) {
     for (ptrdiff_t i = 0; i < n; i++)
         sums(bases + i * NODES, coeffs + cells[i] * 4 * NODES * axes, axes, columns, values + i * columns);
+}
+
+/* Sums (cells, NODES, axes) of the values (cells, NODES, axes) of each cell with weights (NODES, NODES). */
+WIDE static void weighed(ptrdiff_t cells, const double *restrict weights, const double *restrict values,
+                         ptrdiff_t axes, double *restrict result) {
+    for (ptrdiff_t i = 0; i < cells; i++, values += NODES * axes)
+        for (ptrdiff_t k = 0; k < NODES; k++, result += axes)
+            sums(weights + k * NODES, values, axes, axes, result);
 }
 
 #endif

@@ -130,9 +130,7 @@ class AxisPath:
         patient: bool = False,
         tolerance: float = JOINT_TOLERANCE,
     ) -> Fitted:
-        return fit(
-            self.robot, stretches, spans, self._last[: self.n], patient=patient, tolerance=tolerance
-        )
+        return fit(self.robot, stretches, spans, self._last[: self.n], patient=patient, tolerance=tolerance)
 
     def _patiently(self, stretch: Stretch, spans: Sequence[Span], tolerance: float) -> Fitted:
         try:

@@ -7,7 +7,7 @@ rounding leaves of joints beside the end of reach.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -40,6 +40,12 @@ _MOST_ROUNDING: Final = 1e-9
 
 _ORDINARY_HALVINGS: Final = 4
 """Cells of an ordinary path converge with so many; one that does not is looked at for singular poses."""
+
+_FEW: Final = 16
+"""Cells of a round to which others are added without its costing much more."""
+
+_HOPE: Final = 2.0**chebyshev.DEGREE
+"""Halving a cell makes its error so many times smaller at best, far from all singular poses."""
 
 _VANISHING_CELL: Final = 1e-9
 """m. A cell this small that has not converged: the joints do not follow the path there."""
@@ -92,27 +98,90 @@ def fit(
     `stretches` are the spans' own, `reference` (n,) the joints near which the turns are. Raises NearSingular
     where a path is not ordinary (unless `patient`), PlanningError where a pose is out of reach.
     """
+    fitting = _Fitting(robot, stretches, spans, reference, patient, tolerance)
     todo = [cell for index, span in enumerate(spans) for cell in _first_cells(index, span)]
-    done: list[tuple[Sequence[Cell], Floats, Floats]] = []
     while todo:
-        values = sample(robot, stretches, spans, todo, reference)
+        todo = fitting.round(todo)
+    return _in_order(spans, fitting.done)
+
+
+@dataclass(slots=True)
+class _Fitting:
+    """What is to be fitted, as `fit` has it, and the cells that are good so far, by rounds."""
+
+    robot: Robot
+    stretches: Sequence[Stretch]
+    spans: Sequence[Span]
+    reference: Floats
+    patient: bool
+    tolerance: float
+    doubtful: set[Cell] = field(default_factory=set)
+    done: list[tuple[Sequence[Cell], Floats, Floats]] = field(default_factory=list)
+
+    def round(self, todo: list[Cell]) -> list[Cell]:
+        """Look at ascending cells; what is to be looked at next instead of those that are bad, ascending.
+
+        Halves of doubtful cells are looked at with them: some more nodes cost less than another round.
+        """
+        cells = todo
+        if len(todo) <= _FEW and (doubtful := self.doubtful.intersection(todo)):
+            cells = sorted((*todo, *(half for cell in doubtful for half in cell.halves())))
+        values = sample(self.robot, self.stretches, self.spans, cells, self.reference)
         coeffs = chebyshev.coefficients(values)
-        good = _converged(values, coeffs, robot.joint_count, tolerance)
-        if patient:
-            shaken = ~good & _converged(values, coeffs, robot.joint_count, _MOST_ROUNDING)
-            for k in np.flatnonzero(shaken).tolist():
-                good[k] = not spans[todo[k].span].bearings and _is_rounding(robot, values[k], coeffs[k])
-        if good.all():
-            done.append((todo, values, coeffs))
-            break
-        kept = np.flatnonzero(good)
-        done.append(([todo[k] for k in kept.tolist()], values[kept], coeffs[kept]))
-        failed = [todo[k] for k in np.flatnonzero(~good).tolist()]
-        for cell in failed:
-            if stretches[cell.span].curve.space is Space.POSE:
-                _require_hope(robot, stretches[cell.span], spans[cell.span], cell, reference, patient)
-        todo = [half for cell in failed for half in cell.halves()]
-    return _in_order(spans, done)
+        errors = _errors(values, coeffs, self.robot.joint_count)
+        good = _within(errors, self.tolerance)
+        if self.patient:
+            self._forgive(cells, values, errors, good)
+        if cells is todo and good.all():
+            self.done.append((cells, values, coeffs))
+            return []
+        kept, following = self._sorted_out(todo, cells, good, _within(errors, _HOPE * self.tolerance))
+        self.done.append(([cells[k] for k in kept], values[kept], coeffs[kept]))
+        return following
+
+    def _forgive(self, cells: Sequence[Cell], values: Floats, errors: Floats, good: Bools) -> None:
+        """Make those good of which nothing is left but rounding."""
+        for k in np.flatnonzero(~good & _within(errors, _MOST_ROUNDING)).tolist():
+            if not self.spans[cells[k].span].bearings:
+                rounding = _rounding(self.robot, values[k][:, : self.robot.joint_count])
+                good[k] = _within(errors[:, k], min(rounding, _MOST_ROUNDING))
+
+    def _sorted_out(
+        self, todo: Sequence[Cell], cells: Sequence[Cell], good: Bools, hopeful: Bools
+    ) -> tuple[list[int], list[Cell]]:
+        """Which of the cells looked at are kept, and what is to be looked at next, both ascending."""
+        places = {cell: k for k, cell in enumerate(cells)}
+        kept: list[int] = []
+        following: list[Cell] = []
+        asked = list(todo)
+        for cell in asked:
+            k = places.get(cell)
+            if k is None:
+                following.append(cell)
+            elif good[k]:
+                kept.append(k)
+            else:
+                self._require_hope(cell)
+                asked += cell.halves()
+                if not hopeful[k]:
+                    self.doubtful.update(cell.halves())
+        return sorted(kept), sorted(following)
+
+    def _require_hope(self, cell: Cell) -> None:
+        """Smaller cells may converge; raises what is to be said where they may not."""
+        stretch, span = self.stretches[cell.span], self.spans[cell.span]
+        if stretch.curve.space is not Space.POSE:
+            return
+        if not self.patient and cell.depth >= _ORDINARY_HALVINGS:
+            raise NearSingular(before=cell.span)
+        if cell.width >= _VANISHING_CELL:
+            return
+        w, x, _ = span.places(np.array([cell.start]))
+        q, _, X = span.joints(self.robot, w, x, self.reference)
+        vectors = self.robot.kinematics.free_vectors(X, q, span.configuration)
+        if np.abs(vectors).min(initial=np.inf) > _FREE:
+            raise out_of_reach(stretch, float(w[0]), "reaches the end of")
+        raise joint_jump(stretch, float(w[0]))
 
 
 def _in_order(spans: Sequence[Span], done: Sequence[tuple[Sequence[Cell], Floats, Floats]]) -> Fitted:
@@ -131,9 +200,9 @@ def _first_cells(index: int, span: Span) -> Iterator[Cell]:
     return (Cell(index, k * width, width) for k in range(count))
 
 
-def _converged(values: Floats, coeffs: Floats, joints: int, tolerance: float) -> Bools:
-    """Which cells are good, (C,): the error left in joints and auxiliary axes is below the tolerance."""
-    driven, lengths, step = _errors(values, coeffs, joints)
+def _within(errors: Floats, tolerance: float) -> Bools:
+    """Which cells are good, (C,), of their errors (3, C)."""
+    driven, lengths, step = errors
     good: Bools = (
         (driven < tolerance) & (lengths < max(_LENGTH_TOLERANCE, tolerance)) & (step < _LARGEST_STEP)
     )
@@ -149,33 +218,10 @@ def _errors(values: Floats, coeffs: Floats, joints: int) -> Floats:
     return np.stack((error[:, :-4].max(axis=1), error[:, -4:].max(axis=1), step))
 
 
-def _is_rounding(robot: Robot, values: Floats, coeffs: Floats) -> bool:
-    """Whether a cell has converged to what rounding leaves of the joints."""
-    joints = robot.joint_count
-    rounding = min(_rounding(robot, values[:, :joints]), _MOST_ROUNDING)
-    return bool(_converged(values[None], coeffs[None], joints, rounding)[0])
-
-
 def _rounding(robot: Robot, q: Floats) -> float:
     """rad to which joints (N, n) are known from poses: rounding over the least gain of the arm."""
     gains = np.linalg.svd(robot.jacobian(q), compute_uv=False)[:, -1]
     return _ROUNDING / max(float(gains.min()), _ROUNDING)
-
-
-def _require_hope(
-    robot: Robot, stretch: Stretch, span: Span, cell: Cell, reference: Floats, patient: bool
-) -> None:
-    """Smaller cells may converge; raises what is to be said where they may not."""
-    if not patient and cell.depth >= _ORDINARY_HALVINGS:
-        raise NearSingular
-    if cell.width >= _VANISHING_CELL:
-        return
-    w, x, _ = span.places(np.array([cell.start]))
-    q, _, X = span.joints(robot, w, x, reference)
-    vectors = robot.kinematics.free_vectors(X, q, span.configuration)
-    if np.abs(vectors).min(initial=np.inf) > _FREE:
-        raise out_of_reach(stretch, float(w[0]), "reaches the end of")
-    raise joint_jump(stretch, float(w[0]))
 
 
 def joint_jump(stretch: Stretch, w: float, joints: Floats | None = None) -> PlanningError:

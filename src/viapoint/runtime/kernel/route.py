@@ -279,23 +279,30 @@ class Route:
             self.stop_here()
 
     def _compile(self) -> None:
-        """Compile the queued pieces: together if they are ordinary, else one after the other."""
+        """Compile the queued pieces: together as far as they are ordinary, else one after the other."""
         waiting, self._waiting = self._waiting, []
         if not waiting:
             return
-        stretches, done = [stretch for stretch, _ in waiting], 0
+        for stretch, motion in waiting[self._together(waiting) :]:
+            self._follow(stretch, motion)
+        if waiting[-1][0].curve.space is Space.JOINT:
+            self._configuration = None
+
+    def _together(self, waiting: Sequence[_Waiting]) -> int:
+        """Compile pieces in one batch; how many of them, from the first one on, are ordinary enough."""
+        at_rest, done = self.end <= self.stops[-1], 0
         try:
-            at_rest = self.end <= self.stops[-1]
+            stretches = [stretch for stretch, _ in waiting]
             laid = self.axes.extend(stretches, self._configuration or 0, at_rest=at_rest)
             done = len(laid.places) - 1
             self._note(laid.places, waiting[:done])
             if laid.fault is not None:
                 raise laid.fault
-        except (NearSingular, JointJump, OutOfReach):
-            for stretch, motion in waiting[done:]:
-                self._follow(stretch, motion)
-        if stretches[-1].curve.space is Space.JOINT:
-            self._configuration = None
+        except NearSingular as near:
+            return self._together(waiting[: near.before]) if near.before else 0
+        except (JointJump, OutOfReach):
+            pass  # followed by itself, the piece may be led into otherwise, or says where it fails
+        return done
 
     def _follow(self, stretch: Stretch, motion: _Planned) -> None:
         """Compile one piece, through or past singular poses. Where nothing continuous leads on from one, the

@@ -26,7 +26,13 @@ _CORE: Final = "kernel._axes"
 
 
 class NearSingular(Exception):
-    """A path that was taken for ordinary meets or nearly meets a singular pose: it has to be divided."""
+    """A path that was taken for ordinary meets or nearly meets a singular pose: it has to be divided.
+
+    Of several that were asked for together, nothing like that was seen of the first `before`.
+    """
+
+    def __init__(self, before: int = 0) -> None:
+        self.before = before
 
 
 class Cell(NamedTuple):
