@@ -5,8 +5,8 @@ Per program, with the compiled core and with its numpy twin, with and without a 
 worst) and the longest single call of the planner or of the time law. The best of some runs counts.
 
 The first line says how fast the machine is; figures of two machines compare by it. The contours and the
-pick-and-place are judged as programs are run. The short lines have no goal but that of planning: a block of
-13 ms that takes 1 ms to plan cannot be simulated 200 times faster than it lasts.
+pick-and-place are judged as programs are run. The short lines have no goal but that of planning: a block that
+lasts 75 ms and may take 1 ms to plan cannot be simulated 200 times faster than it lasts.
 
     python benchmarks/simulation.py [--quick] [--rounds N]
 """
