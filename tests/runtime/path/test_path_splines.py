@@ -123,3 +123,16 @@ def test_a_quick_turn_beside_a_long_still_spline_is_not_overshot() -> None:
         angles = rotation(piece.poses(np.linspace(0, piece.length, 200)).quaternion).as_euler("xyz", True)
         assert angles[:, 2].min() > -0.2
         assert angles[:, 2].max() < 90.2
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_turn_is_further_than_the_most_that_is_told_of_it(seed: int) -> None:
+    """By dense sampling of the orientations; and what is told is not far above it."""
+    draw = np.random.default_rng(seed)
+    poses = [pose(0.1 * k, *draw.uniform(-0.05, 0.05, 2), *draw.uniform(-80, 80, 3)) for k in range(5)]
+    for piece in run(*(spline(k, *poses[k : k + 2]) for k in range(4))).pieces:
+        segment = piece.segment
+        q = rotation(segment.poses(np.linspace(0, segment.length, 2000)).quaternion)
+        turned = float((q[1:] * q[:-1].inv()).magnitude().sum())
+        most = segment.turn.most(segment.length)
+        assert turned - 1e-9 <= most <= 3.0 * turned + 1e-9, seed

@@ -12,7 +12,7 @@ from viapoint.runtime.memo import Memo
 from viapoint.runtime.path.edges import round_edge
 from viapoint.runtime.path.moves import Corner, Floats, Space
 from viapoint.runtime.path.rates import norm
-from viapoint.runtime.path.segments import Jet, JointSegment, Segment
+from viapoint.runtime.path.segments import Jet, JointSegment, PoseSegment, Segment
 from viapoint.runtime.path.tolerance import LEVER, first_guess, widest_edge
 
 # Tangents within this angle (rad; 0.1°) count as tangential: above what rounding of coordinates to a
@@ -89,7 +89,7 @@ class Ruler:
             most = 0.5 * min(self.left.length, self.right.length)
         else:
             most = min(self._most(self.left, at_end=True), self._most(self.right, at_end=False))
-        if self._turned(self.left) <= MOST_ROTATION and self._turned(self.right) <= MOST_ROTATION:
+        if self._turns_little(self.left) and self._turns_little(self.right):
             return most
         while most > SHORTEST_EDGE and self._rotation(most) > MOST_ROTATION:
             most *= 0.5 if self._rotation(most) > 2.0 * MOST_ROTATION else 0.9
@@ -117,11 +117,13 @@ class Ruler:
         left = self.left.angle
         return max(left.upto(self.left.length) - left.upto(leave), self.right.angle.upto(join))
 
-    def _turned(self, segment: Segment) -> float:
-        """The rotation along a whole side: no part of it rotates by more."""
+    def _turns_little(self, segment: Segment) -> bool:
+        """Whether no part of a side can rotate by more than is allowed."""
         if self.left.space is self.right.space is Space.JOINT:
-            return 0.0
-        return segment.angle.upto(segment.length)
+            return True
+        if isinstance(segment, PoseSegment) and segment.turn.most(segment.length) <= MOST_ROTATION:
+            return True
+        return segment.angle.upto(segment.length) <= MOST_ROTATION
 
     @staticmethod
     def _total(segment: Segment) -> float:

@@ -48,6 +48,10 @@ class UniformTurn:
         """q, ω, dω/dw at one w."""
         return product(exponential(w * self.rate), self.start), self.rate, np.zeros(3)
 
+    def most(self, length: float) -> float:
+        """The angle over w of 0 … length."""
+        return norm(self.rate) * length
+
 
 @dataclass(frozen=True, slots=True)
 class KeyedTurn:
@@ -85,6 +89,14 @@ class KeyedTurn:
         phi, phi1, phi2 = (each[0] for each in bezier(self.controls[k], at))
         rate, change = rates_of_vectors(phi, phi1 / h, phi2 / (h * h))
         return product(exponential(phi), self.middles[k]), rate, change
+
+    def most(self, length: float) -> float:
+        """An angle that is not exceeded over w of 0 … length.
+
+        |ω| = |J(φ)·φ′| ≤ |φ′|, and no curve is longer than its control polygon.
+        """
+        sides = self.controls[:, 1:] - self.controls[:, :-1]
+        return float(np.sqrt(np.square(sides).sum(axis=2)).sum())
 
     def _t(self, k: int, w: Floats) -> Floats:
         t: Floats = (w - self.knots[k]) / (self.knots[k + 1] - self.knots[k])
