@@ -96,3 +96,39 @@ def test_solutions(name: str) -> None:
     twin, compiled = by_both(lambda: robot.ik(every), "robots._spherical")
     assert np.array_equal(twin.valid, compiled.valid)
     assert twin.valid.any(axis=1).sum() == len(every) - 10
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_turns_are_those_nearest_to_the_reference(name: str) -> None:
+    robot = load_robot(name)
+    q = joints(4)
+    X, turned = robot.fk(q), q + 2.0 * np.pi * np.random.default_rng(4).integers(-3, 4, q.shape)
+    for reference in (turned, turned[0]):
+        twin, compiled = by_both(
+            lambda reference=reference: robot.ik_branch(X, robot.configuration(q), reference),
+            "robots._inside",
+        )
+        assert np.abs(twin[0] - compiled[0]).max() <= SAME
+        away = np.abs(compiled[0] - reference)[:, ~robot.prismatic]
+        assert away[twin[1]].max() <= np.pi + SAME
+    path = np.stack([q[0] + share * 7.0 for share in np.linspace(0.0, 1.0, 40)])
+    twin, compiled = by_both(
+        lambda: robot.ik_path(robot.fk(path), int(robot.configuration(path[0])), turned[0]), "robots._inside"
+    )
+    assert np.abs(twin[0] - compiled[0]).max() <= SAME
+    assert np.abs(np.diff(compiled[0], axis=0)).max() <= np.pi + SAME
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_vectors_of_free_joints(name: str) -> None:
+    """They point where the joint does, in the branch that the joints are in."""
+    arm = load_robot(name).kinematics
+    q = joints(5)
+    X = arm.fk(q)
+    for index in range(8):
+        twin, compiled = by_both(lambda index=index: arm.free_vectors(X, q, index), "robots._spherical")
+        assert np.abs(twin - compiled).max() <= SAME
+    for row in range(20, 60):
+        vectors = arm.free_vectors(X[row : row + 1], q[row : row + 1], int(arm.configuration(q[row])))
+        turns = (np.angle(vectors[0]) - q[row, list(arm.free_joints)]) / (2.0 * np.pi)
+        assert np.abs(turns - np.rint(turns)).max() <= SAME

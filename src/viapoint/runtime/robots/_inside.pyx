@@ -1,14 +1,39 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Compiled choice of the solutions inside the joint ranges: the twin is `model`."""
+"""Compiled choice of turns and of the solutions inside the joint ranges: the twin is `model`."""
 
 import numpy as np
 
-from libc.math cimport ceil, fabs, floor, sqrt
+from libc.math cimport ceil, fabs, floor, rint, sqrt
 
 from viapoint.runtime.robots import model as _twin
 
 cdef double TURN = _twin.TURN
 cdef double SAME_SOLUTION = _twin.SAME_SOLUTION
+
+
+def nearest_turns(double[:, :] q, const double[:, :] reference, const unsigned char[::1] prismatic):
+    """Turn joints (N, n), in place, as near as full turns take them to the reference (N or 1, n)."""
+    cdef Py_ssize_t row, k
+    cdef bint one = reference.shape[0] == 1
+    for row in range(q.shape[0]):
+        for k in range(q.shape[1]):
+            if not prismatic[k]:
+                q[row, k] += TURN * rint((reference[0 if one else row, k] - q[row, k]) / TURN)
+
+
+def without_turns(const double[:, :] q, const double[:] start, const unsigned char[::1] prismatic):
+    """Joints (N, n) without jumps of full turns between the rows, and from `start` (n,) to the first."""
+    cdef Py_ssize_t row, k
+    cdef double turns, before
+    result = np.empty((q.shape[0], q.shape[1]))
+    cdef double[:, ::1] joints = result
+    for k in range(q.shape[1]):
+        turns, before = 0.0, start[k]
+        for row in range(q.shape[0]):
+            if not prismatic[k]:
+                turns += rint((q[row, k] - before) / TURN)
+            joints[row, k], before = q[row, k] - TURN * turns, q[row, k]
+    return result
 
 
 def distinct(const double[:, ::1] q, const unsigned char[::1] valid):

@@ -99,6 +99,18 @@ cdef void _pose(const Arm *arm, const Angles *at, double *X) noexcept nogil:
     X[15] = 1.0
 
 
+cdef inline void _own_rotation(const Arm *arm, const double *X, double *R) noexcept nogil:
+    """The family's own flange rotation, X·flangeᵀ, 9 numbers."""
+    cdef double x
+    cdef int i, j, k
+    for i in range(3):
+        for j in range(3):
+            x = 0.0
+            for k in range(3):
+                x += X[4 * i + k] * arm.flange[3 * j + k]
+            R[3 * i + j] = x
+
+
 def fk(const double[::1] packed, const double[:, ::1] q):
     """Joints (N, 6) to flange poses (N, 4, 4)."""
     cdef Arm arm = _arm(packed)
@@ -232,6 +244,28 @@ def clearance(const double[::1] packed, const double[:, ::1] q):
     return result
 
 
+def free_vectors(
+    const double[::1] packed, const double[:, :, ::1] X, const double[:, ::1] q, const double[::1] sense
+):
+    """Poses (N, 4, 4) and their joints (N, 6) to the plane vectors (N, 2) of J1 and J4 in a branch of senses (3,)."""
+    cdef Arm arm = _arm(packed)
+    cdef Angles at
+    cdef double R[9]
+    cdef double c1, s1, x, y
+    cdef Py_ssize_t row
+    vectors = np.empty((X.shape[0], 2), dtype=np.complex128)
+    cdef double[:, ::1] parts = vectors.view(np.float64)
+    for row in range(X.shape[0]):
+        at = _angles(&arm, &q[row, 0])
+        c1, s1 = at.c[0], at.s[0]
+        _own_rotation(&arm, &X[row, 0, 0], R)
+        x, y = X[row, 0, 3] - arm.a6x * R[0], X[row, 1, 3] - arm.a6x * R[3]
+        parts[row, 0], parts[row, 1] = sense[0] * x, sense[0] * arm.sign[0] * y
+        parts[row, 2] = -sense[2] * (at.s23 * (c1 * R[0] + s1 * R[3]) + at.c23 * R[6])
+        parts[row, 3] = sense[2] * arm.sign[3] * (c1 * R[3] - s1 * R[0])
+    return vectors
+
+
 def configuration(const double[::1] packed, const double[:, ::1] q):
     """Joints (N, 6) to indices (N,) of the branch that leads back to them."""
     cdef Arm arm = _arm(packed)
@@ -312,14 +346,9 @@ cdef bint _solve(
 ) noexcept nogil:
     cdef double R[9]
     cdef double x, y, z, c1, s1, radial, radius, scale
-    cdef int i, j, k
+    cdef int k
     cdef bint reachable
-    for i in range(3):  # the family's own flange rotation: X·flangeᵀ
-        for j in range(3):
-            x = 0.0
-            for k in range(3):
-                x += X[4 * i + k] * arm.flange[3 * j + k]
-            R[3 * i + j] = x
+    _own_rotation(arm, X, R)
     x, y, z = X[3] - arm.a6x * R[0], X[7] - arm.a6x * R[3], X[11] - arm.a6x * R[6]
     radius = hypot(x, y)
     if given_1 or radius < SHOULDER_SINGULAR:

@@ -228,6 +228,9 @@ class SphericalWristArm:
 
     def free_vectors(self, X: Floats, q: Floats, configuration: int) -> Complexes:
         """The wrist point seen along axis 1, m (F 4-3); the hand's axis along the forearm (F 4-19)."""
+        if (core := chosen(_CORE)) is not None:
+            senses, X = self.senses[configuration], np.ascontiguousarray(X)
+            return np.asarray(core.free_vectors(self.packed, X, _rows(q), senses))
         shoulder, _, wrist = self._signs(configuration)
         rows = self._rotation_rows(X)
         x, y, _ = self._wrist_centre(X, rows)

@@ -176,7 +176,12 @@ class Robot:
         every pose. Unreachable rows mean nothing.
         """
         q, reachable = self.kinematics.ik_branch(X_base_flange, configuration, reference, given)
-        q += np.where(self.prismatic, 0.0, TURN * np.rint((reference - q) / TURN))
+        if (core := chosen(_CORE)) is not None:
+            core.nearest_turns(
+                q, np.ascontiguousarray(np.atleast_2d(reference)), self.prismatic.view(np.uint8)
+            )
+        else:
+            q += np.where(self.prismatic, 0.0, TURN * np.rint((reference - q) / TURN))
         return q, reachable
 
     def ik_path(self, X_base_flange: Floats, configuration: int, start: Floats) -> tuple[Floats, Bools, bool]:
@@ -196,6 +201,8 @@ class Robot:
 
     def _without_turns(self, q: Floats, start: Floats) -> Floats:
         """(N, n) with jumps of full turns between the rows, and before the first, taken out."""
+        if (core := chosen(_CORE)) is not None:
+            return np.asarray(core.without_turns(q, start, self.prismatic.view(np.uint8)))
         steps = q - np.concatenate((start[None], q[:-1]))
         turns = np.where(self.prismatic, 0.0, np.rint(steps / TURN))
         if not turns.any():
