@@ -27,8 +27,9 @@ DECIMALS = {"joints_deg": 6, "limits": 3}
 """Fixed decimals of the golden reports; 4 where nothing else is said, finer than anything one looks at."""
 
 NEAR = {"deburring": {"duration_s": 0.05, "t": 0.05, "t_end": 0.05, "ticks": 50}}
-"""What may differ from a golden report, and by how much: following the noise of a belt magnifies the last
-digits of a machine, until the law behind it takes some ticks more or less."""
+"""What may differ from a golden report, and by how much: products of matrices round otherwise on another
+processor, and following the noise of a belt magnifies that until the law behind it takes some ticks more or
+less."""
 
 every_example = pytest.mark.parametrize("example", MANIFEST, ids=lambda example: example.name)
 
