@@ -7,6 +7,9 @@ from libc.math cimport INFINITY, fabs, isfinite, rint, sqrt
 
 from viapoint.runtime.kernel import chebyshev as _twin
 
+cdef extern from "../_numbers.h" nogil:
+    Py_ssize_t last_below(const double *, Py_ssize_t, double)
+
 cdef extern from "_columns.h" nogil:
     enum: NODES
     void polynomials(double, double *)
@@ -223,17 +226,10 @@ def evaluate(
 
 cdef inline Py_ssize_t _cell(const double[::1] starts, double s, Py_ssize_t near) noexcept nogil:
     """The last cell that starts at or before s, or the first; `near` is tried before a search."""
-    cdef Py_ssize_t low, high, middle, last = starts.shape[0] - 1
-    if starts[near] <= s and (near == last or s < starts[near + 1]):
+    cdef Py_ssize_t count = starts.shape[0]
+    if starts[near] <= s and (near == count - 1 or s < starts[near + 1]):
         return near
-    low, high = 0, last + 1
-    while low < high:
-        middle = (low + high) // 2
-        if starts[middle] <= s:
-            low = middle + 1
-        else:
-            high = middle
-    return max(low - 1, 0)
+    return max(last_below(&starts[0], count, s), 0)
 
 
 def rate_bounds(

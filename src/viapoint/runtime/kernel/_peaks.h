@@ -5,9 +5,8 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "../_numbers.h"
 #include "../_wide.h"
-
-#define HIGHER(a, b) ((a) > (b) ? (a) : (b))
 
 /* Raise peaks (3, axes) to the first three differences of rows (count, axes), `stride` numbers from row to row.
    `before` (3, axes) is the row before them with its first two differences; it ends as the last row's. */
@@ -21,9 +20,9 @@ WIDE static void differences(ptrdiff_t count, ptrdiff_t axes, ptrdiff_t stride, 
             double first = (rows[k] - position[k]) / tick;
             double second = (first - speed[k]) / tick;
             double third = fabs((second - acceleration[k]) / tick), size = fabs(first), bend = fabs(second);
-            fastest[k] = HIGHER(size, fastest[k]);
-            steepest[k] = HIGHER(bend, steepest[k]);
-            roughest[k] = HIGHER(third, roughest[k]);
+            fastest[k] = higher(size, fastest[k]);
+            steepest[k] = higher(bend, steepest[k]);
+            roughest[k] = higher(third, roughest[k]);
             position[k] = rows[k];
             speed[k] = first;
             acceleration[k] = second;

@@ -11,34 +11,19 @@ from viapoint.runtime.timing import curve as _curve
 from viapoint.runtime.timing import knots as _twin
 from viapoint.runtime.timing.spline import Spline
 
+cdef extern from "../_numbers.h" nogil:
+    double lower(double, double)
+    double higher(double, double)
+    Py_ssize_t last_below(const double *, Py_ssize_t, double)
+
 cdef double CALM_SPACING = _twin.CALM_SPACING, GROWTH = _twin.GROWTH, FROM_REST = _twin.FROM_REST
 cdef double BUSY = _twin.BUSY, SHORTEST = _twin.SHORTEST, INSET = _curve.INSET
 cdef int FEWEST = _twin.FEWEST, PIECES_PER_EDGE = _twin.PIECES_PER_EDGE
 
 
-cdef inline double lower(double a, double b) noexcept nogil:
-    return a if a < b else b
-
-
-cdef inline double higher(double a, double b) noexcept nogil:
-    return a if a > b else b
-
-
-cdef inline Py_ssize_t _last_below(const double[::1] x, double at) noexcept nogil:
-    """The last of the ascending x that is at most `at`; -1: none is."""
-    cdef Py_ssize_t low = 0, high = x.shape[0], middle
-    while low < high:
-        middle = (low + high) // 2
-        if x[middle] <= at:
-            low = middle + 1
-        else:
-            high = middle
-    return low - 1
-
-
 cdef double _interpolated(double at, const double[::1] x, const double[::1] y) noexcept nogil:
     """As numpy's `interp` of finite numbers."""
-    cdef Py_ssize_t k = _last_below(x, at)
+    cdef Py_ssize_t k = last_below(&x[0], x.shape[0], at)
     if k < 0:
         return y[0]
     if k == x.shape[0] - 1 or x[k] == at:
@@ -207,11 +192,11 @@ def asked(double[::1] knots, double[::1] width, double rest_start, double rest_e
         at[i], at[n + i], at[2 * n + i] = knots[i] + inset, 0.5 * (knots[i] + knots[i + 1]), knots[i + 1] - inset
     for i in range(breaks.shape[0]):
         if breaks[i] > first and breaks[i] < last:
-            piece = min(max(_last_below(knots, breaks[i]), 0), n - 1)
+            piece = min(max(last_below(&knots[0], n + 1, breaks[i]), 0), n - 1)
             inset = INSET * width[piece]
             for k in range(2):
                 at[total] = breaks[i] - inset if k == 0 else breaks[i] + inset
-                owner[total - 3 * n] = min(max(_last_below(knots, at[total]), 0), n - 1)
+                owner[total - 3 * n] = min(max(last_below(&knots[0], n + 1, at[total]), 0), n - 1)
                 total += 1
     if rest_start == 0.0:
         for i in range(total):
@@ -244,7 +229,7 @@ def edges(double[::1] knots, double[::1] breaks, double[::1] stands):
     result = np.array(knots)
     cdef double[::1] moved = result
     for i in range(breaks.shape[0]):
-        k = _last_below(knots, stands[i])
+        k = last_below(&knots[0], knots.shape[0], stands[i])
         if k >= 0 and knots[k] == stands[i]:
             moved[k] = breaks[i]
     return result

@@ -9,10 +9,8 @@
 
 #include <math.h>
 
+#include "../_numbers.h"
 #include "../_wide.h"
-
-#define LOWER(a, b) ((a) < (b) ? (a) : (b))
-#define HIGHER(a, b) ((a) > (b) ? (a) : (b))
 
 WIDE static void bands2(int n, const double *restrict lo, const double *restrict hi, const double *restrict c,
                    double *restrict y) {
@@ -36,8 +34,8 @@ WIDE static void measure(int n, const double *restrict above, const double *rest
         inv[i] = 1.0 / s[i];
         inv2[i] = 1.0 / s2[i];
         gap[i] += s[i] * z[i] + s2[i] * z2[i];
-        double w = LOWER(ru, rl);
-        worst[i] = LOWER(worst[i], w);
+        double w = lower(ru, rl);
+        worst[i] = lower(worst[i], w);
     }
 }
 
@@ -68,9 +66,9 @@ WIDE static void predict(int n, const double *restrict curve, const double *rest
         d2[i] = tl;
         first[i] += gu + gl;
         second[i] += gu * tu + gl * tl;
-        double least = LOWER(tu, tl), most = HIGHER(tu, tl);
-        low[i] = LOWER(low[i], least);
-        high[i] = HIGHER(high[i], most);
+        double least = lower(tu, tl), most = higher(tu, tl);
+        low[i] = lower(low[i], least);
+        high[i] = higher(high[i], most);
     }
 }
 
@@ -104,9 +102,9 @@ WIDE static void direct(int n, const double *restrict curve, const double *restr
         d[i] = zu;
         d2[i] = zl;
         double us = su * inv[i], ls = sl * inv2[i], uz = zu / z[i], lz = zl / z2[i];
-        double primal = LOWER(us, ls), other = LOWER(uz, lz);
-        low[i] = LOWER(low[i], primal);
-        dual[i] = LOWER(dual[i], other);
+        double primal = lower(us, ls), other = lower(uz, lz);
+        low[i] = lower(low[i], primal);
+        dual[i] = lower(dual[i], other);
     }
 }
 
@@ -120,10 +118,10 @@ WIDE static void follow(int n, double growth, const double *restrict room, const
     for (int i = 0; i < n; i++) {
         double ru = room[i] - y[i], rl = room[i] + y[i];
         double bu = growth * s[i], bl = growth * s2[i];
-        bu = LOWER(ru, bu);
-        bl = LOWER(rl, bl);
-        s[i] = HIGHER(s[i], bu);
-        s2[i] = HIGHER(s2[i], bl);
+        bu = lower(ru, bu);
+        bl = lower(rl, bl);
+        s[i] = higher(s[i], bu);
+        s2[i] = higher(s2[i], bl);
     }
 }
 
@@ -175,22 +173,22 @@ WIDE static void back3(int n, const double *restrict jm, const double *restrict 
 /* Differences of one axis y (n,) at ticks over its limits, raising speed (n-1,), acceleration (n-2,), jerk (n-3,). */
 WIDE static void differences(int n, double by_v, double by_a, double by_d, double by_j, const double *restrict y,
                         double *restrict speed, double *restrict acceleration, double *restrict jerk) {
-    double milder = LOWER(by_d, by_a);
+    double milder = lower(by_d, by_a);
     for (int i = 0; i < n - 1; i++) {
         double ratio = fabs(y[i + 1] - y[i]) * by_v;
-        speed[i] = HIGHER(ratio, speed[i]);
+        speed[i] = higher(ratio, speed[i]);
     }
     for (int i = 0; i < n - 2; i++) {
         double before = y[i + 1] - y[i], after = y[i + 2] - y[i + 1];
         double along = fabs(after) >= fabs(before) ? by_a : by_d;
         double scale = before * after < 0.0 ? milder : along;
         double ratio = fabs(after - before) * scale;
-        acceleration[i] = HIGHER(ratio, acceleration[i]);
+        acceleration[i] = higher(ratio, acceleration[i]);
     }
     for (int i = 0; i < n - 3; i++) {
         double first = y[i + 1] - y[i], second = y[i + 2] - y[i + 1], third = y[i + 3] - y[i + 2];
         double ratio = fabs((third - second) - (second - first)) * by_j;
-        jerk[i] = HIGHER(ratio, jerk[i]);
+        jerk[i] = higher(ratio, jerk[i]);
     }
 }
 
@@ -223,12 +221,12 @@ static void substitute(int n, const double *restrict a, const double *restrict b
 }
 
 static double lowest(int n, const double *x, double start) {
-    for (int i = 0; i < n; i++) start = LOWER(start, x[i]);
+    for (int i = 0; i < n; i++) start = lower(start, x[i]);
     return start;
 }
 
 static double highest(int n, const double *x, double start) {
-    for (int i = 0; i < n; i++) start = HIGHER(start, x[i]);
+    for (int i = 0; i < n; i++) start = higher(start, x[i]);
     return start;
 }
 

@@ -9,18 +9,14 @@ from libc.math cimport INFINITY, ceil, fabs, isinf, sqrt
 
 from viapoint.runtime.timing import samples as _twin
 
+cdef extern from "../_numbers.h" nogil:
+    double lower(double, double)
+    double higher(double, double)
+
 cdef int SAMPLES = _twin.SAMPLES, SAMPLES_PER_PIECE = _twin.SAMPLES_PER_PIECE
 cdef double[::1] RAMP = _twin.RAMP, SPLITS = _twin.SPLITS
 cdef double FLANK = _twin.FLANK, FINEST = _twin.FINEST, TICKS_TO_FULL = _twin.TICKS_TO_FULL
 cdef double STRAIGHT = _twin.STRAIGHT, HELD = _twin.HELD, SLOWEST = _twin.SLOWEST
-
-
-cdef inline double lower(double a, double b) noexcept nogil:
-    return a if a < b else b
-
-
-cdef inline double higher(double a, double b) noexcept nogil:
-    return a if a > b else b
 
 
 def first_samples(double[::1] marks):

@@ -3,11 +3,11 @@
 
 #include <math.h>
 
+#include "../_numbers.h"
+
 static const double NEAR_PARALLEL = 1e-10;
 static const double TINY = 1e-300;
 
-static inline double low(double a, double b) { return a < b ? a : b; }
-static inline double high(double a, double b) { return a > b ? a : b; }
 static inline double within(double x, double a, double b) { return x < a ? a : x > b ? b : x; }
 static inline double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
@@ -26,7 +26,7 @@ static inline double point_segment(const double *point, const double *start, con
     double along[3], towards[3];
     minus(end, start, along);
     minus(point, start, towards);
-    double t = within(dot(towards, along) / high(dot(along, along), TINY), 0.0, 1.0);
+    double t = within(dot(towards, along) / higher(dot(along, along), TINY), 0.0, 1.0);
     for (int i = 0; i < 3; i++) towards[i] -= t * along[i];
     return sqrt(dot(towards, towards));
 }
@@ -39,15 +39,15 @@ static inline double segment_segment(const double *p0, const double *p1, const d
     minus(p0, q0, gap);
     double a = dot(u, u), b = dot(u, v), e = dot(v, v), c = dot(u, gap), f = dot(v, gap);
     double area = a * e - b * b;
-    double s = within((b * f - c * e) / high(area, TINY), 0.0, 1.0);
-    double t = within((b * s + f) / high(e, TINY), 0.0, 1.0);
-    s = within((b * t - c) / high(a, TINY), 0.0, 1.0);
+    double s = within((b * f - c * e) / higher(area, TINY), 0.0, 1.0);
+    double t = within((b * s + f) / higher(e, TINY), 0.0, 1.0);
+    s = within((b * t - c) / higher(a, TINY), 0.0, 1.0);
     for (int i = 0; i < 3; i++) gap[i] += s * u[i] - t * v[i];
     double distance = sqrt(dot(gap, gap));
     if (area <= NEAR_PARALLEL * a * e) {
-        double first = low(point_segment(p0, q0, q1), point_segment(p1, q0, q1));
-        double second = low(point_segment(q0, p0, p1), point_segment(q1, p0, p1));
-        distance = low(distance, low(first, second));
+        double first = lower(point_segment(p0, q0, q1), point_segment(p1, q0, q1));
+        double second = lower(point_segment(q0, p0, p1), point_segment(q1, p0, p1));
+        distance = lower(distance, lower(first, second));
     }
     return distance;
 }
@@ -57,7 +57,7 @@ static inline double point_box(const double *point, const double *half)
     double outside = 0.0, deepest = -INFINITY;
     for (int i = 0; i < 3; i++) {
         double over = fabs(point[i]) - half[i];
-        deepest = high(deepest, over);
+        deepest = higher(deepest, over);
         if (over > 0.0) outside += over * over;
     }
     return outside > 0.0 ? sqrt(outside) : deepest;
@@ -84,8 +84,8 @@ static double depth_in_box(const double *start, const double *along, const doubl
                 t[count++] = within((offset[j] - offset[i]) / (slope[i] - slope[j]), 0.0, 1.0);
     for (int k = 0; k < count; k++) {
         double least = INFINITY;
-        for (int i = 0; i < 6; i++) least = low(least, offset[i] + t[k] * slope[i]);
-        deepest = high(deepest, least);
+        for (int i = 0; i < 6; i++) least = lower(least, offset[i] + t[k] * slope[i]);
+        deepest = higher(deepest, least);
     }
     return deepest;
 }
@@ -105,12 +105,12 @@ static double segment_box(const double *start, const double *end, const double *
         double slope = 0.0;
         for (int i = 0; i < 3; i++) slope += excess(start[i] + t[k] * along[i], half[i]) * along[i];
         if (slope <= 0.0) {
-            t_down = high(t_down, t[k]);
-            g_down = high(g_down, slope);
+            t_down = higher(t_down, t[k]);
+            g_down = higher(g_down, slope);
         }
         if (slope >= 0.0) {
-            t_up = low(t_up, t[k]);
-            g_up = low(g_up, slope);
+            t_up = lower(t_up, t[k]);
+            g_up = lower(g_up, slope);
         }
     }
     double share = 0.0;
@@ -128,7 +128,7 @@ static inline double segment_box_bound(const double *start, const double *end, c
 {
     double square = 0.0;
     for (int i = 0; i < 3; i++) {
-        double gap = high(low(start[i], end[i]), -high(start[i], end[i])) - half[i];
+        double gap = higher(lower(start[i], end[i]), -higher(start[i], end[i])) - half[i];
         if (gap > 0.0) square += gap * gap;
     }
     return sqrt(square);
@@ -156,7 +156,7 @@ static double segment_polygon(
 {
     double distance = INFINITY, from[3], place[3];
     for (int k = 0; k < count; k++)
-        distance = low(distance, segment_segment(start, end, corners + 3 * k, corners + 3 * ((k + 1) % count)));
+        distance = lower(distance, segment_segment(start, end, corners + 3 * k, corners + 3 * ((k + 1) % count)));
     minus(start, corners, from);
     double h0 = dot(from, normal);
     minus(end, corners, from);
@@ -200,7 +200,7 @@ static double point_boxes(const struct Boxes *boxes, const double *point)
     double least = INFINITY, at[3];
     for (int k = 0; k < boxes->count; k++) {
         into_box(boxes, k, point, at);
-        least = low(least, point_box(at, boxes->half + 3 * k));
+        least = lower(least, point_box(at, boxes->half + 3 * k));
     }
     return least;
 }
@@ -218,11 +218,11 @@ static double excursion(const struct Boxes *boxes, const double *start, const do
         for (int i = 0; i < 3; i++) {
             double along = b[i] - a[i], one = (-half[i] - a[i]) / along, other = (half[i] - a[i]) / along;
             if (fabs(along) > 0.0) {
-                first = high(first, low(one, other));
-                last = low(last, high(one, other));
+                first = higher(first, lower(one, other));
+                last = lower(last, higher(one, other));
             } else {
-                first = high(first, 0.0);
-                last = low(last, 1.0);
+                first = higher(first, 0.0);
+                last = lower(last, 1.0);
                 misses |= fabs(a[i]) > half[i];
             }
         }
@@ -237,13 +237,13 @@ static double excursion(const struct Boxes *boxes, const double *start, const do
         enter[at] = first;
         leave[at] = last;
     }
-    double most = high(point_boxes(boxes, start), point_boxes(boxes, end));
+    double most = higher(point_boxes(boxes, start), point_boxes(boxes, end));
     for (int k = 0; k < boxes->count; k++) {
-        reached = high(reached, leave[k]);
+        reached = higher(reached, leave[k]);
         between(start, end, 0.5 * (reached + (k + 1 < boxes->count ? enter[k + 1] : 1.0)), place);
-        most = high(most, point_boxes(boxes, place));
+        most = higher(most, point_boxes(boxes, place));
     }
-    return high(most, 0.0);
+    return higher(most, 0.0);
 }
 
 /* How far a capsule is from leaving the union, as Union.clearance. */
@@ -255,7 +255,7 @@ static double union_clearance(const struct Boxes *boxes, const double *start, co
         const double *half = boxes->half + 3 * k;
         into_box(boxes, k, start, a);
         into_box(boxes, k, end, b);
-        depth = high(depth, -high(point_box(a, half), point_box(b, half)));
+        depth = higher(depth, -higher(point_box(a, half), point_box(b, half)));
     }
     int inside = boxes->count > 1 && depth < radius + ample;
     if (inside && point_boxes(boxes, start) <= joined && point_boxes(boxes, end) <= joined) {
@@ -265,13 +265,13 @@ static double union_clearance(const struct Boxes *boxes, const double *start, co
             minus(start, corners, from);
             double h0 = dot(from, normal);
             minus(end, corners, from);
-            double h1 = dot(from, normal), gap = (h0 > 0.0) == (h1 > 0.0) ? low(fabs(h0), fabs(h1)) : 0.0;
+            double h1 = dot(from, normal), gap = (h0 > 0.0) == (h1 > 0.0) ? lower(fabs(h0), fabs(h1)) : 0.0;
             if (gap < radius + ample) gap = segment_polygon(start, end, corners, boxes->sides, normal);
-            nearest = low(nearest, gap);
+            nearest = lower(nearest, gap);
         }
-        depth = high(depth, nearest);
+        depth = higher(depth, nearest);
     } else if (inside)
-        depth = high(depth, 0.0);
+        depth = higher(depth, 0.0);
     if (depth <= 0.0) depth = -excursion(boxes, start, end, scratch);
     return depth - radius;
 }
