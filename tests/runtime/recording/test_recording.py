@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
+import math
+import random
+import sys
 from dataclasses import replace
 from pathlib import Path
+from types import FrameType
 
 import numpy as np
 import pytest
 
 from viapoint.runtime import core
-from viapoint.runtime.recording import RecordingError, load_recording
+from viapoint.runtime.recording import Recorder, RecordingError, load_recording
 from viapoint.runtime.records import Window
 
 ARRAYS = [name for name in Window.__dataclass_fields__ if name != "first_tick"]
@@ -78,6 +83,41 @@ def test_process_killed_in_the_middle_leaves_whole_blocks(run, tmp_path: Path) -
     recording = load_recording(copy)
     assert len(recording.trace) == 2000
     assert recording.result == {}
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_interrupted_anywhere_it_is_whole_once_closed(make_run, seed: int, tmp_path: Path) -> None:
+    """A second Ctrl-C may come between any two lines of the recorder; whole blocks before it stay."""
+    run, path = make_run(6500), tmp_path / "run.mcap"
+    recorder, windows = Recorder(path, run.info), run.windows(500)
+    for window in itertools.islice(windows, 5):
+        recorder.window(window)
+    lines = random.Random(seed).randint(1, 700)
+    print(f"seed {seed}: after {lines} lines")
+
+    def count(frame: FrameType, event: str, _: object) -> object:
+        nonlocal lines
+        lines -= event == "line"
+        if lines == 0:
+            raise KeyboardInterrupt
+        return count
+
+    sys.settrace(lambda frame, *_: count if "recording" in frame.f_code.co_filename else None)
+    try:
+        with contextlib.suppress(KeyboardInterrupt):
+            for window in windows:
+                recorder.window(window)
+    finally:
+        sys.settrace(None)
+    assert lines == 0
+    recorder.close({"status": "stopped"})
+    recording = load_recording(path)
+    assert recording.problem is None
+    assert recording.result == {"status": "stopped"}
+    joints = recording.trace.joints
+    assert len(joints) >= 2000
+    np.testing.assert_array_equal(joints, run.window.joints[: len(joints)])
+    assert len(decoded(path)["/trace"]) == math.ceil(len(joints) / 2000)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -37,13 +38,13 @@ def write(path: Path, seed: int) -> Told:
                 else:
                     rows = np.frombuffer(draw.randbytes(40), np.uint8).reshape(4, -1)
                     stamps = at + np.arange(4) * 7
-                    writer.room(topic, 10, stamps)[:] = rows
+                    writer.alike(topic, 10, stamps, partial(np.copyto, src=rows))
                     told += [(topic, int(t), d.tobytes()) for t, d in zip(stamps, rows, strict=True)]
                 if draw.random() < 0.3:
                     data, spare = draw.randbytes(draw.randint(0, 90_000)), draw.randint(0, 90_000)
-                    room = writer.room(topic, len(data) + spare, np.array([at]))[0]
+                    room = writer.begin(len(data) + spare)
                     room[: len(data)] = np.frombuffer(data, np.uint8)
-                    writer.shorten(len(room), len(data))
+                    writer.end(topic, len(data), at)
                     told.append((topic, at, data))
             writer.attach(f"text{block}", "text/plain", "ä" * block)
             writer.flush()

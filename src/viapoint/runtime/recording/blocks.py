@@ -90,7 +90,6 @@ class Block:
         """`message` begins with its head already; it may have more room than is needed in the end."""
         self.first_tick = first_tick
         self.before = before
-        self.room = len(message)
         self._message = message
         self._layout = layout
         self._count = 0
@@ -251,8 +250,8 @@ def join(windows: Sequence[Window]) -> Window:
 class BlockBuilder:
     """Fills blocks of `BLOCK_TICKS` with windows of any size."""
 
-    def __init__(self, room: Callable[[int, int], Bytes]) -> None:
-        """`room` gives a message that begins at a tick so many bytes; more than it may need in the end."""
+    def __init__(self, room: Callable[[int], Bytes]) -> None:
+        """`room` gives a message so many bytes; more than it may need in the end."""
         self._room = room
         self._block: Block | None = None
         self._before: Before | None = None
@@ -270,13 +269,13 @@ class BlockBuilder:
 
     def rest(self) -> Block | None:
         """The last, incomplete block."""
-        return self._end(self._block) if self._block is not None else None
+        return self._end(self._block) if self._block else None
 
     def _begin(self, window: Window, tick: int) -> Block:
         widths = tuple(1 if values.ndim == 1 else values.shape[1] for values in _values_all(window))
         head = varint_field(FIRST_TICK, tick) + varint_field(AXES, window.joints.shape[1])
         layout = _layout(len(head), BLOCK_TICKS, widths)
-        message = self._room(tick, layout.size)
+        message = self._room(layout.size)
         message[: len(head)] = np.frombuffer(head, np.uint8)
         joints, actual = window.joints[0], window.actual[0]
         before = self._before or Before(joints.copy(), np.stack((actual, actual)), None)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
@@ -95,17 +95,20 @@ class _Chunk:
     index: dict[int, bytearray] = field(default_factory=dict)  # by channel
 
     def room(self, size: int) -> int:
-        """Where so many bytes more begin."""
-        start, end = self.size, self.size + size
+        """Where the next message begins; there is room for so many bytes."""
+        end = self.size + size
         if end > len(self.raw):
             grown = np.empty(max(end, 2 * len(self.raw)), np.uint8).data
-            grown[:start] = self.raw[:start]
+            grown[: self.size] = self.raw[: self.size]
             self.raw = grown
-        self.size = end
-        return start
+        return self.size
 
-    def note(self, channel: int, index: Buffer, first: int, last: int) -> None:
-        """`index`: time and offset of every message added, the first and last of these times beside."""
+    def add(self, size: int, channel: int, index: Buffer, first: int, last: int) -> None:
+        """The next bytes are messages of a channel now.
+
+        `index`: time and offset of each, the first and last of these times beside.
+        """
+        self.size += size
         self.first = min(self.first, first) if self.index else first
         self.last = max(self.last, last) if self.index else last
         self.index.setdefault(channel, bytearray()).extend(index)
@@ -145,33 +148,38 @@ class McapWriter:
 
     def message(self, topic: str, data: bytes, nanoseconds: int) -> None:
         """One message with the next chunk."""
-        channel, chunk, size = self._channels[topic], self._chunk, HEAD_SIZE + len(data)
-        count, at = self._counts[channel], chunk.room(size)
-        _HEAD.pack_into(chunk.raw, at, _MESSAGE, size - _PREFIX, channel, count, nanoseconds, nanoseconds)
-        chunk.raw[at + HEAD_SIZE : at + size] = data
-        self._counts[channel] += 1
-        chunk.note(channel, _PLACE.pack(nanoseconds, at), nanoseconds, nanoseconds)
+        at = self._chunk.room(HEAD_SIZE + len(data)) + HEAD_SIZE
+        self._chunk.raw[at : at + len(data)] = data
+        self.end(topic, len(data), nanoseconds)
 
-    def room(self, topic: str, size: int, nanoseconds: Stamps) -> Bytes:
-        """Room (N, `size`) for messages at times (N,) that ascend, N at least 1.
+    def begin(self, most: int) -> Bytes:
+        """Room for the data of a message, at most so many bytes.
 
-        To be filled in before anything else is told.
+        It is none before its `end`, and is lost if another one is told until then.
         """
+        at = self._chunk.room(HEAD_SIZE + most) + HEAD_SIZE
+        return np.ndarray(most, np.uint8, self._chunk.raw, at)
+
+    def end(self, topic: str, size: int, nanoseconds: int) -> None:
+        """The message begun last is complete, with so many bytes."""
+        channel, chunk = self._channels[topic], self._chunk
+        at, length, count = chunk.size, HEAD_SIZE - _PREFIX + size, self._counts[channel]
+        _HEAD.pack_into(chunk.raw, at, _MESSAGE, length, channel, count, nanoseconds, nanoseconds)
+        self._counts[channel] += 1
+        chunk.add(HEAD_SIZE + size, channel, _PLACE.pack(nanoseconds, at), nanoseconds, nanoseconds)
+
+    def alike(self, topic: str, size: int, nanoseconds: Stamps, fill: Callable[[Bytes], None]) -> None:
+        """Messages at times (N,) that ascend, N at least 1: `fill` writes their data (N, `size`)."""
         count, chunk = len(nanoseconds), self._chunk
         channel, module = self._channels[topic], core.chosen("recording._core")
         at = chunk.room(count * (HEAD_SIZE + size))
         rows = np.ndarray((count, HEAD_SIZE + size), np.uint8, chunk.raw, at)
+        fill(rows[:, HEAD_SIZE:])
         addressed = address if module is None else module.address
         index = addressed(rows, _MESSAGE, channel, self._counts[channel], nanoseconds, at)
         self._counts[channel] += count
-        chunk.note(channel, index.data.cast("B"), int(nanoseconds[0]), int(nanoseconds[-1]))
-        return rows[:, HEAD_SIZE:]
-
-    def shorten(self, room: int, size: int) -> None:
-        """The message that was given so much room last has become so many bytes."""
-        self._chunk.size -= room - size
-        start = self._chunk.size - size - HEAD_SIZE
-        struct.pack_into("<BQ", self._chunk.raw, start, _MESSAGE, HEAD_SIZE - _PREFIX + size)
+        ends = int(nanoseconds[0]), int(nanoseconds[-1])
+        chunk.add(rows.size, channel, index.data.cast("B"), *ends)
 
     def attach(self, name: str, media_type: str, text: str) -> None:
         """A text that belongs to the recording."""
@@ -192,30 +200,32 @@ class McapWriter:
         self._write(record)
 
     def flush(self) -> None:
-        """End the chunk."""
+        """End the chunk. Broken off, by a second Ctrl-C, it is in the file or it is not, and never twice."""
         if self._chunk.size:
-            self._write_chunk(self._chunk)
+            times = self._chunk.first, self._chunk.last
+            records, index = self._packed(self._chunk)
             self._chunk.clear()
+            self._write(records)
+            self._note(_Op.CHUNK_INDEX, index)
+            first, last = self._span or times
+            self._span = min(first, times[0]), max(last, times[1])
         self._file.flush()
 
-    def _write_chunk(self, chunk: _Chunk) -> None:
+    def _packed(self, chunk: _Chunk) -> tuple[bytes, bytes]:
+        """The chunk, with the index of its messages, for the file; and what the summary says of it."""
         raw = chunk.raw[: chunk.size]
         packed = lz4.frame.compress(raw, compression_level=_LEVEL, block_linked=False)
         times, start = struct.pack("<QQ", chunk.first, chunk.last), self._at
         head = times + struct.pack("<QI", len(raw), zlib.crc32(raw)) + _text("lz4")
         head += struct.pack("<Q", len(packed))
-        self._write(struct.pack("<BQ", _Op.CHUNK, len(head) + len(packed)) + head)
-        self._write(packed)
-        length, offsets, indexes = self._at - start, b"", b""
+        record = _record(_Op.CHUNK, head + packed)
+        offsets, indexes = b"", b""
         for channel, places in sorted(chunk.index.items()):
-            offsets += struct.pack("<HQ", channel, self._at + len(indexes))
+            offsets += struct.pack("<HQ", channel, start + len(record) + len(indexes))
             indexes += _record(_Op.MESSAGE_INDEX, struct.pack("<H", channel) + _blob(places))
-        self._write(indexes)
-        place = struct.pack("<QQ", start, length) + _blob(offsets)
-        sizes = struct.pack("<Q", self._at - start - length) + _text("lz4")
-        self._note(_Op.CHUNK_INDEX, times + place + sizes + struct.pack("<QQ", len(packed), len(raw)))
-        first, last = self._span or (chunk.first, chunk.last)
-        self._span = min(first, chunk.first), max(last, chunk.last)
+        place = struct.pack("<QQ", start, len(record)) + _blob(offsets)
+        sizes = struct.pack("<Q", len(indexes)) + _text("lz4")
+        return record + indexes, times + place + sizes + struct.pack("<QQ", len(packed), len(raw))
 
     @property
     def closed(self) -> bool:
@@ -252,8 +262,7 @@ class McapWriter:
         self._summary.setdefault(op, []).append(_record(op, content))
 
     def _write(self, data: bytes) -> None:
-        self._file.write(data)
-        self._at += len(data)
+        self._at += self._file.write(data)
 
     def __enter__(self) -> Self:
         return self

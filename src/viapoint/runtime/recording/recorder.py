@@ -8,6 +8,7 @@ the size of the windows.
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -18,7 +19,7 @@ from ..records import Event, Window
 from . import layouts, scene
 from .blocks import Block, BlockBuilder
 from .info import Floats, RunInfo, Skeleton
-from .mcapwriter import Bytes, McapWriter, Stamps, Topic
+from .mcapwriter import McapWriter, Stamps, Topic
 from .schemas import JSON_SCHEMAS, TRACE_SCHEMA, trace_descriptor
 from .wire import NANOSECONDS, Template, bytes_field, double_field, message_field, time_field
 
@@ -73,12 +74,12 @@ class Recorder:
         self._skeleton = skeleton
         self._ros = ros
         self._stride = max(1, round(1.0 / (RATE_HZ * info.tick_s)))
-        self._blocks = BlockBuilder(self._trace_room)
         self._events: list[Event] = []
         self._previous = (0, 0, "")  # line, interpreter line and state last told
         self._planned: list[Floats] = []  # pieces of path that wait to be drawn
         self._planned_end: Floats | None = None  # (1, 3) where the path drawn so far ends
         self._file = McapWriter(Path(path), _topics(ros=ros))
+        self._blocks = BlockBuilder(self._file.begin)
         self._joint_template = _joint_template(info)
         self._frame_template: Template | None = None
         self._radii = radii
@@ -136,13 +137,9 @@ class Recorder:
     def _nanoseconds(self, tick: int) -> int:
         return round(tick * self._info.tick_s * NANOSECONDS)
 
-    def _trace_room(self, tick: int, size: int) -> Bytes:
-        room: Bytes = self._file.room(TRACE, size, np.array([self._nanoseconds(tick)]))[0]
-        return room
-
     def _write_block(self, block: Block) -> None:
         at = self._nanoseconds(block.first_tick)
-        self._file.shorten(block.room, block.size)
+        self._file.end(TRACE, block.size, at)
         rows = slice(-block.first_tick % self._stride, len(block), self._stride)
         ticks = np.arange(block.first_tick + rows.start, block.first_tick + len(block), self._stride)
         if len(ticks):
@@ -163,7 +160,7 @@ class Recorder:
                 self._file.message(JOINT_STATES_ROS, self._ros_state(stamp, row), stamp)
 
     def _write_alike(self, topic: str, template: Template, stamps: Stamps, values: Floats) -> None:
-        template.encode(stamps, values, self._file.room(topic, template.size, stamps))
+        self._file.alike(topic, template.size, stamps, partial(template.encode, stamps, values))
 
     def _ros_state(self, stamp: int, row: list[list[float]]) -> bytes:
         seconds, rest = divmod(stamp, NANOSECONDS)
