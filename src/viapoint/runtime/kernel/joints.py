@@ -81,16 +81,25 @@ def end_joints(robot: Robot, stretch: Stretch, q_start: Floats, margin: float) -
     if reachable.all() and not free and np.abs(q[1:] - q[:-1]).max() < _LARGEST_STEP:
         sure = float(robot.kinematics.clearance(q).min()) > margin
         return PathEnd(q[-1], X[-1], configuration, sure)
-    axes = AxisPath(robot, q_leaving)
     try:
-        axes.follow(stretch, configuration, (True, True), TURNS_ONLY)
+        q_end = _followed(robot, stretch, configuration, q_leaving)
     except JointJump as jump:
         turned = held_turn(robot, q_leaving, jump)
         if turned is None:
             raise
-        axes = AxisPath(robot, turned)
+        q_end = _followed(robot, stretch, configuration, turned)
+    return PathEnd(q_end, X[-1], configuration, sure=False)
+
+
+def _followed(robot: Robot, stretch: Stretch, configuration: int, q_start: Floats) -> Floats:
+    """Joints (n,) at the end, followed just closely enough to count turns; a failure is looked at closely."""
+    axes = AxisPath(robot, q_start)
+    try:
         axes.follow(stretch, configuration, (True, True), TURNS_ONLY)
-    return PathEnd(axes.q_end, X[-1], configuration, sure=False)
+    except PlanningError:
+        axes = AxisPath(robot, q_start)
+        axes.follow(stretch, configuration, (True, True))
+    return axes.q_end
 
 
 def held_turn(robot: Robot, q: Floats, jump: JointJump) -> Floats | None:
