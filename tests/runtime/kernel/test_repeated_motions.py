@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from viapoint.runtime.cell import parse_cell
+from viapoint.runtime.kernel.resolver import Resolver
 from viapoint.runtime.memo import Memo
 from viapoint.runtime.records import Floats
 from viapoint.session import Session, compile_text
+from viapoint.vm.ports import Motion, MotionKind, Target
 
 CELL = '[robot]\nmodel = "frigeni6"\n'
 CYCLE = """
@@ -67,6 +70,22 @@ def test_a_point_that_is_taught_anew_is_gone_to() -> None:
         last = window.position[-1]
     assert session.failure is None
     assert last == pytest.approx((1.5, 0.0, 1.7), abs=1e-9)  # moved twice before it was read
+
+
+def test_a_frame_that_stands_is_not_the_one_that_goes_with_the_base() -> None:
+    """Their numbers are the same, and so may be the line: all statements of a prompt have one."""
+    track = '[auxiliary_axes.E1]\nkind = "linear"\ncarries_robot = true\nrange = [0, 3000]\nspeed = 1000\n'
+    cell = parse_cell(CELL + track + "acceleration = 3000\n")
+    cell = replace(cell, frames={0: cell.frames[0], 1: replace(cell.frames[0], index=1)})
+    pose = (("X", 1500.0), ("Y", 0.0), ("Z", 1800.0), ("A", 0.0), ("B", 90.0), ("C", 0.0))
+    motion = Motion(line=1, kind=MotionKind.JOINT, target=Target(coordinates=pose))
+    home = np.asarray(cell.home)
+    resolver, reached = Resolver(cell, home), []
+    for frame in (0, 1):
+        resolver.begin_anew(home, np.array([0.5]))
+        end = resolver.resolve(replace(motion, frame=frame), frame).end
+        reached.append(float(end.X_base_flange[0, 3]))
+    assert reached == pytest.approx([1.5, 1.0])
 
 
 def test_a_memo_forgets_what_was_not_asked_for_lately() -> None:

@@ -60,7 +60,10 @@ class Places:
         return X_base_frame
 
     def numbers(self, motion: Motion) -> tuple[Hashable, ...]:
-        """The numbers behind what a motion names, as they are now. Raises PlanningError."""
+        """The numbers behind what a motion names, as they are now. Raises PlanningError.
+
+        And whether they are of frame 0: it goes with the base, another one with the same numbers stands.
+        """
         frame = self._moved.get(motion.frame) or self._cell.frames.get(motion.frame)
         named = [self.shift, self.tool(motion.tool, motion.line)]
         named += [] if frame is None else [frame.X_base_frame]
@@ -70,7 +73,7 @@ class Places:
             if point is not None:
                 named += [array for array in (point.pose, point.joints) if array is not None]
                 points.append((point.pose is None, point.auxiliary))
-        return *points, *(array.tobytes() for array in named)
+        return motion.frame == 0, *points, *(array.tobytes() for array in named)
 
     def point(self, index: int) -> Point | None:
         """A point as it is now; None where there is none."""
