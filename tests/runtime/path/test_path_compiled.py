@@ -60,7 +60,7 @@ def test_segments(seed: int) -> None:
 @pytest.mark.parametrize(("degree", "axes"), [(2, 1), (3, 3), (5, 7)])
 def test_curves_of_any_dimension(degree: int, axes: int) -> None:
     draw = np.random.default_rng(degree)
-    controls, t = draw.normal(size=(degree + 1, axes)), draw.uniform(-0.1, 1.1, 20)
-    for twin, compiled in zip(*by_both(lambda: bezier(controls, t), "path._curves"), strict=True):
+    controls, t = draw.normal(size=(degree + 1, axes)), draw.uniform(-0.1, 1.1, 40)
+    for twin, compiled in zip(*by_both(lambda: bezier(controls, t[::2]), "path._curves"), strict=True):
         assert twin.shape == (20, axes)
         assert np.array_equal(twin, compiled)

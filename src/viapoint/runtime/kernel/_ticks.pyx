@@ -21,7 +21,7 @@ def feed(double[:, ::1] tail, const double[:, :] rows, double tick, double[:, ::
         before[1, k] = (tail[2, k] - tail[1, k]) / tick
         before[2, k] = (before[1, k] - (tail[1, k] - tail[0, k]) / tick) / tick
     differences(
-        count, axes, rows.strides[0] // sizeof(double), &rows[0, 0], tick, &before[0, 0], &peaks[0, 0]
+        count, axes, rows.strides[0] // <Py_ssize_t>sizeof(double), &rows[0, 0], tick, &before[0, 0], &peaks[0, 0]
     )
     for row in range(max(0, 3 - count)):
         tail[row] = tail[row + count]

@@ -17,7 +17,7 @@ def bezier(controls: Floats, t: Floats) -> tuple[Floats, Floats, Floats]:
     or more.
     """
     if (core := chosen(_CORE)) is not None:
-        value, first, second = core.bezier(np.ascontiguousarray(controls), t)
+        value, first, second = core.bezier(np.ascontiguousarray(controls), np.ascontiguousarray(t))
         return value, first, second
     degree = len(controls) - 1
     points, share = controls[:, None], t[:, None]

@@ -143,7 +143,8 @@ def tcp(const double[::1] packed, const double[:, :] q, const double[:, ::1] too
     hand[3] += arm.a6x
     if q.shape[0]:
         tool_centre(
-            &packed[0], hand, &q[0, 0], q.shape[0], q.strides[0] // sizeof(double), HALF_TURN, &p[0, 0], &turned[0, 0]
+            &packed[0], hand, &q[0, 0], q.shape[0], q.strides[0] // <Py_ssize_t>sizeof(double), HALF_TURN,
+            &p[0, 0], &turned[0, 0],
         )
     return position, quaternion
 

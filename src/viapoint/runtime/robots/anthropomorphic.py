@@ -186,7 +186,7 @@ class SphericalWristArm:
         Without one J1 = 0 (BACK: π) and J4 = 0 (NEGATIVE: π), so that the branches stay distinct.
         """
         if (core := chosen(_CORE)) is not None:
-            near = _NEUTRAL if reference is None else reference.reshape(1, 6)
+            near = _NEUTRAL if reference is None else _rows(reference)
             q, valid = core.ik(self.packed, np.ascontiguousarray(X).reshape(-1, 4, 4), self.senses, near)
             return IkSolutions(q.reshape(*X.shape[:-2], 8, 6), valid.reshape(*X.shape[:-2], 8))
         poses = np.repeat(X.reshape(-1, 4, 4), 8, axis=0)

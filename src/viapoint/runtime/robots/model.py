@@ -238,7 +238,7 @@ class Robot:
             steps = (joints - reference) / self.limits.speed
             order = np.argsort(np.sqrt((steps * steps).sum(axis=1)), kind="stable")
         else:
-            order = core.nearest_first(joints, reference, self.limits.speed)
+            order = core.nearest_first(joints, np.ascontiguousarray(reference), self.limits.speed)
         return joints[order], indices[order]
 
     def _turned(self, q: Floats, chosen: Ints, lower: Floats, upper: Floats) -> tuple[Floats, Ints]:
