@@ -65,19 +65,19 @@ def integrals(const double[:, :, ::1] rates, const double[::1] widths):
     return result
 
 
-def derived(const double[:, :, ::1] coeffs, const double[::1] widths):
-    """Coefficients (C, D+1, m) to those of the function and its first three derivatives, (C, 4, D+1, m)."""
+def derive(const double[:, :, ::1] coeffs, const double[::1] widths, double[:, :, :, ::1] table):
+    """As `chebyshev.derive`."""
     cdef Py_ssize_t cell, order, k, j, axes = coeffs.shape[2]
     cdef double scale
     cdef double *low
     cdef double *high
-    result = np.zeros((coeffs.shape[0], ORDERS, NODES, axes))
-    cdef double[:, :, :, ::1] table = result
     for cell in range(coeffs.shape[0]):
         table[cell, 0] = coeffs[cell]
         scale = 2.0 / widths[cell]
         for order in range(1, ORDERS):
             low, high = &table[cell, order - 1, 0, 0], &table[cell, order, 0, 0]
+            for j in range(axes):
+                high[(NODES - 1) * axes + j] = 0.0
             for k in range(NODES - 1, 0, -1):
                 for j in range(axes):
                     high[(k - 1) * axes + j] = 2.0 * k * low[k * axes + j]
@@ -87,7 +87,6 @@ def derived(const double[:, :, ::1] coeffs, const double[::1] widths):
                 high[j] *= 0.5
             for k in range(NODES * axes):
                 high[k] *= scale
-    return result
 
 
 def joined(

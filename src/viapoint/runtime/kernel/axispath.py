@@ -149,8 +149,7 @@ class AxisPath:
         if count:
             cells = joined.bounds[count]
             starts = joined.starts[:cells] + begins[joined.owner[:cells]]
-            placed = Tables(starts, joined.widths[:cells], joined.table[:cells])
-            self._cells.put(placed, travelled[:cells])
+            self._cells.append(starts, joined.widths[:cells], joined.coefficients[:cells], travelled[:cells])
             self.length = float(begins[count])
             self._last = np.concatenate((joined.ends[count - 1], travelled[cells]))
         return Laid(begins[: count + 1].tolist(), fault)

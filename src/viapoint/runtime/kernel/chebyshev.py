@@ -96,20 +96,23 @@ def _weighed(weights: Floats, values: Floats) -> Floats:
     return np.asarray(result)
 
 
-def derived(coeffs: Floats, widths: Floats) -> Floats:
-    """Coefficients (C, D+1, m) to those of the function and its first three derivatives, (C, 4, D+1, m)."""
+def derive(coeffs: Floats, widths: Floats, table: Floats) -> None:
+    """Fill in the `table` (C, 4, D+1, m): coefficients (C, D+1, m) of functions and, behind them, of their
+    first three derivatives.
+    """
     if (core := chosen(_CORE)) is not None:
-        return np.asarray(core.derived(np.ascontiguousarray(coeffs), widths))
-    table = np.zeros((len(coeffs), _ORDERS, DEGREE + 2, coeffs.shape[2]))
-    table[:, 0, :-1] = coeffs
+        core.derive(np.ascontiguousarray(coeffs), widths, table)
+        return
+    table[:, 0] = coeffs
     scale = (2.0 / widths)[:, None, None]
     for order in range(1, _ORDERS):
         low, high = table[:, order - 1], table[:, order]
-        for k in range(DEGREE, 0, -1):
+        high[:, DEGREE] = 0.0
+        high[:, DEGREE - 1] = 2.0 * DEGREE * low[:, DEGREE]
+        for k in range(DEGREE - 1, 0, -1):
             high[:, k - 1] = 2.0 * k * low[:, k] + high[:, k + 1]
         high[:, 0] *= 0.5
         high *= scale
-    return table[:, :, :-1]
 
 
 def residual(coeffs: Floats) -> Floats:
@@ -119,7 +122,7 @@ def residual(coeffs: Floats) -> Floats:
 
 
 class Tables(NamedTuple):
-    """Cells: starts (C,), widths (C,) and `derived` coefficients (C, 4, D+1, m)."""
+    """Cells: starts (C,), widths (C,) and coefficients (C, 4, D+1, m) as of `derive`."""
 
     starts: Floats
     widths: Floats
@@ -133,15 +136,15 @@ class Cells:
         self._starts, self._widths = GrowingRows(), GrowingRows()
         self._table = GrowingRows(_ORDERS, DEGREE + 1, axes)
 
-    def append(self, starts: Floats, widths: Floats, coeffs: Floats) -> None:
-        """Add cells at the end: starts (C,), widths (C,), coefficients (C, D+1, m)."""
-        self.put(Tables(starts, widths, derived(coeffs, widths)))
+    def append(self, starts: Floats, widths: Floats, coeffs: Floats, offsets: Floats | None = None) -> None:
+        """Add cells at the end: starts (C,), widths (C,), coefficients (C, D+1, m).
 
-    def put(self, cells: Tables, offsets: Floats | None = None) -> None:
-        """Add cells at the end; `offsets` (C, k) are added to what their last k axes are."""
-        self._starts.append(cells.starts)
-        self._widths.append(cells.widths)
-        table = self._table.append(cells.table)
+        `offsets` (C, k) are added to what their last k axes are.
+        """
+        self._starts.append(starts)
+        self._widths.append(widths)
+        table = self._table.room(len(coeffs))
+        derive(coeffs, widths, table)
         if offsets is not None:
             table[:, 0, 0, -offsets.shape[1] :] += offsets
 

@@ -23,17 +23,19 @@ class GrowingRows:
         """The rows there are; a view."""
         return self._array[self._first : self._end]
 
-    def append(self, rows: Floats) -> Floats:
-        """Add rows at the end; where they are now, a view."""
-        if self._end + len(rows) > len(self._array):
+    def append(self, rows: Floats) -> None:
+        """Add rows at the end."""
+        self.room(len(rows))[:] = rows
+
+    def room(self, count: int) -> Floats:
+        """So many more rows at the end, to be filled in: a view."""
+        if self._end + count > len(self._array):
             kept = self.rows
-            grown = np.empty((2 * (len(kept) + len(rows)), *kept.shape[1:]))
+            grown = np.empty((2 * (len(kept) + count), *kept.shape[1:]))
             grown[: len(kept)] = kept
             self._array, self._first, self._end = grown, 0, len(kept)
-        place = self._array[self._end : self._end + len(rows)]
-        place[:] = rows
-        self._end += len(rows)
-        return place
+        self._end += count
+        return self._array[self._end - count : self._end]
 
     def drop(self, count: int) -> None:
         """Drop rows at the start."""

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -20,7 +21,6 @@ from viapoint.runtime.kernel.joining import Joined
 from viapoint.runtime.kernel.motion import Rows
 from viapoint.runtime.kernel.stretch import Stretch
 from viapoint.runtime.kernel.trace import Trace
-from viapoint.runtime.memo import Memo
 from viapoint.runtime.path import Space
 from viapoint.runtime.records import Floats
 from viapoint.runtime.workspace import (
@@ -78,12 +78,15 @@ class _Inspected(NamedTuple):
     Of all, or of those before the first on which the robot breaks a rule: `fault` says which.
     """
 
-    joined: Joined  # kept so that no id comes again
     sound: int
     met: list[_Met]
     travel: float
     sure: Sure
     fault: PlanningError | None
+
+
+_From = tuple[int, bytes]
+"""The tool, and the exclusive zones from which consecutive stretches are entered."""
 
 
 class PathGuard:
@@ -97,7 +100,7 @@ class PathGuard:
         self._monitor = monitor
         self._watch = Watch(monitor)
         self._tool_of = tool_of
-        self._known: Memo[_Inspected] = Memo()
+        self._known: WeakKeyDictionary[Joined, dict[_From, _Inspected]] = WeakKeyDictionary()
 
     def begin_anew(self) -> None:
         """What comes next does not begin where the last stretch ended."""
@@ -108,20 +111,20 @@ class PathGuard:
     ) -> tuple[int, PlanningError | None]:
         """An `axispath.Inspector`: stretches may be laid up to the first on which the robot breaks a rule."""
         tool = self._tool_of(stretches[0].curve.tag)  # of all of them: the path stops where it changes
-        key = id(joined), tool, self._watch.within
-        inspected = self._known.find(key)
-        if inspected is not None:
+        known, key = self._known.setdefault(joined, {}), (tool, self._watch.within)
+        if key in known:
+            inspected = known[key]
             self._watch.again(inspected.sure, inspected.travel)
         else:
             inspected = self._look(stretches, joined, travelled, tool)
             if inspected.fault is None:
-                self._known.keep(key, inspected)
+                known[key] = inspected
         for met in inspected.met:
             self._crossed(self._crossing(stretches[met.stretch], joined, met), float(begins[met.stretch]))
         return inspected.sound, inspected.fault
 
     def _look(self, stretches: Sequence[Stretch], joined: Joined, travelled: Floats, tool: int) -> _Inspected:
-        coeffs = joined.table[:, 0].copy()
+        coeffs = joined.coefficients.copy()
         coeffs[:, 0, -travelled.shape[1] :] += travelled
         pace, travel = self._monitor.pace(tool), 0.0
         met: list[_Met] = []
@@ -133,7 +136,7 @@ class PathGuard:
             if fault is not None:
                 break
             sound += 1
-        return _Inspected(joined, sound, met, travel, self._watch.sure, fault)
+        return _Inspected(sound, met, travel, self._watch.sure, fault)
 
     def _look_along(
         self, stretch: Stretch, number: int, course: Course, tool: int, met: list[_Met]

@@ -16,7 +16,6 @@ import numpy as np
 from viapoint.language.units import DEG
 from viapoint.runtime.core import chosen
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
-from viapoint.runtime.kernel.chebyshev import derived
 from viapoint.runtime.kernel.failure import PlanningError
 from viapoint.runtime.kernel.fitting import Fitted, joint_jump
 from viapoint.runtime.kernel.stretch import Stretch
@@ -47,12 +46,12 @@ _GAPS: Final = (_GAP_TO_CLOSE, _JOIN_GAP, _MOVING_GAP)
 _CORE: Final = "kernel._axes"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Joined:
     """Cells of S consecutive stretches as they continue a path, wherever on it that is.
 
-    Of all stretches, or of those before the first that has a `fault`. The last four columns of the `table`
-    (C, 4, D+1, m), derivatives as of `chebyshev.derived`, are lengths from where each cell starts.
+    Of all stretches, or of those before the first that has a `fault`. The last four columns of the
+    `coefficients` (C, D+1, m) are those of lengths from where each cell starts.
     """
 
     owner: Ints
@@ -64,7 +63,7 @@ class Joined:
     widths: Floats
     lengths: Floats
     """(S,) of the stretches, in the path parameter."""
-    table: Floats
+    coefficients: Floats
     rises: Floats
     """(C, 4) of the lengths along each cell."""
     ends: Floats
@@ -166,7 +165,7 @@ class Joiner:
             starts=starts,
             widths=widths[:count],
             lengths=upto[lasts],
-            table=derived(coeffs[:count], widths[:count]),
+            coefficients=coeffs[:count],
             rises=fitted.values[:count, -1, self._driven :].copy(),
             ends=ends[lasts],
             fault=fault,
