@@ -89,7 +89,7 @@ class Section:
 
     @property
     def breaks(self) -> Floats:
-        return self.route.breaks(self.begin, self.end)
+        return self.route.programmed.breaks(self.begin, self.end)
 
     def values(self, s: Floats) -> Floats:
         return self.route.axes.values(s)

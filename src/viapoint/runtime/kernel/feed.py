@@ -332,7 +332,7 @@ class Feed:
 
     def _frames(self, s: Floats) -> Floats:
         """Rotations (N, 3, 3) of the frames of the motions at s."""
-        used, inverse = np.unique(self._route.frames(s), return_inverse=True)
+        used, inverse = np.unique(self._route.programmed.frames(s), return_inverse=True)
         rotations = np.array([self._cell.frames[k].X_base_frame[:3, :3] for k in used.tolist()])
         return np.asarray(rotations[inverse])
 

@@ -41,4 +41,4 @@ class Horizon:
     def breaks(self) -> Floats:
         """Ascending places inside where higher derivatives or the programmed speed may jump."""
         s_from, s_to = sorted((self.direction * self.r_from, self.direction * self.r_to))
-        return np.sort(self.direction * self.route.breaks(s_from, s_to))
+        return np.sort(self.direction * self.route.programmed.breaks(s_from, s_to))

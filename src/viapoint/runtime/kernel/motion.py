@@ -322,10 +322,10 @@ class Mover:
         curve = Horizon(self._route, self.direction, begin, end)
         if not self._lingers:
             return curve
-        reach = self._lingers * min(self._path.speed, self._route.fastest(self.s, _HORIZON_PIECES))
+        reach = self._lingers * min(self._path.speed, self._route.programmed.fastest(self.s, _HORIZON_PIECES))
         before, behind = sorted((self.s, self.s - self.direction * reach))
         return Lingering(
-            curve, begin, end, self._lingers, self.direction * self._route.breaks(before, behind)
+            curve, begin, end, self._lingers, self.direction * self._route.programmed.breaks(before, behind)
         )
 
     def _speed_bound(self, curve: Leg | Horizon | Lingering, r: Floats) -> Floats:
@@ -368,7 +368,7 @@ class Mover:
     def _reach(self, s: float) -> float:
         """How far from s the route should be known: some stopping distances from the programmed speed."""
         path = self._path
-        speed = min(path.speed, self._route.fastest(s, _HORIZON_PIECES))
+        speed = min(path.speed, self._route.programmed.fastest(s, _HORIZON_PIECES))
         share = _STOPPING_SHARE * self._profile.stopping
         return share * speed * (0.5 * speed / path.deceleration + path.acceleration / path.jerk)
 

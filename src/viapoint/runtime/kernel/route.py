@@ -16,9 +16,9 @@ import numpy as np
 from viapoint.runtime.kernel.auxiliary import AuxiliaryAxes
 from viapoint.runtime.kernel.axispath import AxisPath
 from viapoint.runtime.kernel.failure import JointJump, OutOfReach, PlanningError
-from viapoint.runtime.kernel.growing import GrowingRows
 from viapoint.runtime.kernel.joints import HELD_TURN, held_turn, leaving_singular, tcp_kinematics
 from viapoint.runtime.kernel.leg import Leg
+from viapoint.runtime.kernel.programmed import OnPiece, Programmed
 from viapoint.runtime.kernel.resolver import Resolved
 from viapoint.runtime.kernel.sampling import NearSingular
 from viapoint.runtime.kernel.spans import Division
@@ -26,7 +26,7 @@ from viapoint.runtime.kernel.speeds import SpeedRule
 from viapoint.runtime.kernel.stretch import PathLimits, Stretch
 from viapoint.runtime.memo import Memo
 from viapoint.runtime.path import Chain, Mark, Move, MoveKind, Piece, Space
-from viapoint.runtime.records import Floats, Ints
+from viapoint.runtime.records import Floats
 from viapoint.runtime.robots import Robot
 
 _GRID: Final = 33
@@ -59,6 +59,7 @@ class Route:
         """s at the end of each compiled piece."""
         self.stops: list[float] = [0.0]
         """s of every exact stop known, ascending; the start of the route is one."""
+        self.programmed = Programmed()
         self._robot = robot
         self._motions: dict[int, _Planned] = {}
         self._places: dict[int, float] = {}
@@ -70,10 +71,6 @@ class Route:
         self._floor = 0.0  # no way leads back behind it
         self._configuration: int | None = None
         self._entries: Memo[tuple[int, Floats, Stretch]] = Memo()  # kept so that no id comes again
-        self._bounds_at: list[float] = []
-        self._rules = GrowingRows(len(SpeedRule._fields))  # beside `_bounds_at`
-        self._fastest: list[float] = []  # the speed programmed there, in its motion's measure
-        self._frames: list[int] = []
         self._wall = 0.0  # s before which the path is not travelled back
 
     @property
@@ -84,7 +81,7 @@ class Route:
     @property
     def begin(self) -> float:
         """s from which on the route is kept."""
-        return max(self._floor, self._bounds_at[0] if self._bounds_at else 0.0)
+        return max(self._floor, self.programmed.begin)
 
     def announce(self, tag: int, resolved: Resolved, line: int, tool: int, frame: int) -> None:
         """Say what motion `tag` is, before its pieces are taken."""
@@ -143,7 +140,7 @@ class Route:
 
     def place_before(self, s: float) -> float:
         """The last place before s at which a motion ends, as far as the route is kept; else its beginning."""
-        begin = self._bounds_at[0] if self._bounds_at else 0.0
+        begin = self.programmed.begin
         return max((place for place in self._places.values() if begin <= place < s), default=begin)
 
     def place_after(self, s: float) -> float:
@@ -206,55 +203,27 @@ class Route:
         self._wall = self.end
         self._configuration = None
 
-    def breaks(self, s_from: float, s_to: float) -> Floats:
-        """Places inside (s_from, s_to) where higher derivatives or the programmed speed may jump."""
-        inside = self._bounds_at[
-            bisect.bisect_right(self._bounds_at, s_from) : bisect.bisect_left(self._bounds_at, s_to)
-        ]
-        return np.asarray(inside, dtype=np.float64)
-
     def leg(self, s_from: float, s_to: float) -> Leg | None:
         """What lies between two places; None where pieces do not begin and end there."""
-        cells = self.axes.between(s_from, s_to)
-        first = bisect.bisect_left(self._bounds_at, s_from)
-        if cells is None or self._bounds_at[first : first + 1] != [s_from]:
+        cells, pieces = self.axes.between(s_from, s_to), self.programmed.whole(s_from, s_to)
+        if cells is None or pieces is None:
             return None
-        last = bisect.bisect_left(self._bounds_at, s_to)
-        begins = np.searchsorted(cells.starts, self._bounds_at[first:last])
-        return Leg(cells.widths, cells.table, begins, self._rules.rows[first:last].copy())
+        begins, rules = pieces
+        return Leg(cells.widths, cells.table, np.searchsorted(cells.starts, begins), rules.copy())
 
     def speed_bound(self, s: Floats) -> Floats:
         """Programmed bound (N,) on the rate of s."""
-        return self.axes.rate_bounds(s, *self._rules_between(float(s.min()), float(s.max())))
+        return self.axes.rate_bounds(s, *self.programmed.between(float(s.min()), float(s.max())))
 
     def speed_ratio(self, before: float, s: Floats, tick: float) -> float:
         """The largest speed ÷ programmed bound in ticks from `before` on to s (N,), which turns nowhere."""
         ends = before, float(s[0]), float(s[-1])
-        return self.axes.speed_ratio(before, s, *self._rules_between(min(ends), max(ends)), tick)
-
-    def _rules_between(self, low: float, high: float) -> tuple[Floats, Floats]:
-        first = max(0, bisect.bisect_right(self._bounds_at, low) - 1)
-        last = max(first + 1, bisect.bisect_right(self._bounds_at, high))
-        return np.array(self._bounds_at[first:last]), self._rules.rows[first:last]
-
-    def frames(self, s: Floats) -> Ints:
-        """Frame (N,) of the motion at each s (N,); 0 where there is no path yet."""
-        if not self._frames:
-            return np.zeros(len(s), dtype=np.int64)
-        k = np.searchsorted(self._bounds_at, s, side="right") - 1
-        return np.asarray(self._frames, dtype=np.int64)[np.maximum(k, 0)]
-
-    def fastest(self, s: float, pieces: int) -> float:
-        """The largest speed programmed on so many pieces from s on, in each motion's measure; inf: none."""
-        first = max(0, bisect.bisect_right(self._bounds_at, s) - 1)
-        return max(self._fastest[first : first + pieces], default=np.inf)
+        return self.axes.speed_ratio(before, s, *self.programmed.between(min(ends), max(ends)), tick)
 
     def forget(self, s: float, tag: int) -> None:
         """Drop what lies before s and the motions before `tag`: the robot will not come back there."""
         self.axes.forget(s)
-        k = max(0, bisect.bisect_right(self._bounds_at, s) - 1)
-        self._rules.drop(k)
-        del self._bounds_at[:k], self._fastest[:k], self._frames[:k]
+        self.programmed.forget(s)
         del self.ends[: bisect.bisect_left(self.ends, s)]
         del self.stops[: max(0, bisect.bisect_right(self.stops, s) - 1)]
         for old in [t for t in self._motions if t < tag]:
@@ -344,8 +313,13 @@ class Route:
 
     def _note(self, places: Sequence[float], laid: Sequence[_Waiting]) -> None:
         """Pieces lie from each of the places to the next."""
-        self._bound(places, [(motion, self._is_joint(stretch.curve)) for stretch, motion in laid])
         ends = places[1:]
+        if ends:
+            pieces = [
+                OnPiece(motion.resolved.rule, self._is_joint(stretch.curve), motion.frame)
+                for stretch, motion in laid
+            ]
+            self.programmed.append(places[:-1], pieces)
         self._after.update(enumerate(ends, self._count + 1))
         self._count += len(ends)
         self.ends += ends
@@ -361,16 +335,6 @@ class Route:
         if piece.is_edge and piece.ends and self._is_joint(following):
             return PathLimits.RAMP_OUT
         return PathLimits.APPLY
-
-    def _bound(self, places: Sequence[float], motions: Sequence[tuple[_Planned, bool]]) -> None:
-        """The programmed speeds of motions, each in joint space or not, that begin at the places."""
-        if not motions:
-            return
-        self._bounds_at += places[: len(motions)]
-        rules = [(motion.resolved.rule, joint_space) for motion, joint_space in motions]
-        self._rules.append(np.array([rule.on(joint_space=joint_space) for rule, joint_space in rules]))
-        self._fastest += [rule.joint if joint_space else rule.fallback_linear for rule, joint_space in rules]
-        self._frames += [motion.frame for motion, _ in motions]
 
     def _enter(self, stretch: Stretch, motion: _Planned) -> int:
         """The configuration a path motion starts in; free joints of a singular pose are turned first."""
@@ -407,7 +371,7 @@ class Route:
             self.axes.follow(
                 Stretch(piece, motion.resolved.X_tool_flange, motion.line, PathLimits.FREE), 0, (True, True)
             )
-            self._bound([start], [(motion, True)])
+            self.programmed.append([start], [OnPiece(motion.resolved.rule, True, motion.frame)])
             self.ends.append(self.end)
         self.stops.append(self.end)
 
