@@ -32,9 +32,8 @@ class SignalKind(Enum):
     ANALOG_OUTPUT = "AO"
     VARIABLE = "$"
 
-    __hash__ = (
-        object.__hash__
-    )  # each is there once: quicker than by its name, and signals are keys everywhere
+    __hash__ = object.__hash__
+    """Each is there once: quicker than by its name, and signals are keys everywhere."""
 
 
 @dataclass(frozen=True, slots=True)

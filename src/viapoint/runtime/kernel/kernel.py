@@ -196,73 +196,84 @@ class Kernel(Travelling):
         return self._hold is Hold.HALT or self._paused
 
     def _go_on(self) -> None:
+        """At rest: do what comes next, one thing after the other, up to what `state` then says."""
         while not self.over:
             if self.execution.dwell_until is not None and self.execution.dwell_until <= self.tick:
                 self.execution.dwell_until = None
             keeps = self.belt_keeps()
-            if self.guard.alarm is not None:
-                if self.outlet.feed.failure is None and not (keeps and self._hold is not Hold.NONE):
-                    raise self.guard.alarm
-                self.state = State.COUPLING  # a belt carries the robot: it comes to rest first
-                return
-            self._watch()
-            if self._hold in (Hold.STOP, Hold.EMERGENCY):
-                at_rest = State.STOPPED if self._hold is Hold.STOP else State.EMERGENCY
-                self.state = State.COUPLING if keeps else at_rest
-                return
-            if self._astray():
+            if self._kept_from_it(keeps):
                 return
             if self._begin_interrupt():
                 continue
-            if self.execution.ended and self._interrupted is not None:
-                self._end_interrupt()
-                continue
-            if self.execution.ended:  # and back where it ended, after a step back
+            if (
+                self.execution.ended and self._interrupted is None
+            ):  # and back where it ended, after a step back
                 self.state = State.FINISHED
                 return
+            if self.execution.ended:
+                self._end_interrupt()
+                continue
             entry = None if keeps or self.execution.dwell_until is not None else self.execution.front
             if entry is not None and self.leaves_belt(entry.call):
                 continue
             if entry is not None and self.breaks.halts(entry, self.line):
                 self.state, self._hold = State.HALTED, Hold.HALT
                 return
-            if entry is not None and self._search_is_over(entry):
-                self._cut_off(entry)
-            elif entry is not None and (action := self._passing.standing_at(entry)) is not None:
-                self.execution.act(action)
-            elif entry is not None and self._reached(entry):
-                self.execution.blocks.set_out(entry.number)  # where the motion has no length
-                self._execute(entry)
-            elif self._interpret() or self.planner.plan(self.mover.wanted):
-                pass
-            elif self.execution.dwell_until is not None:
-                self.state = State.DWELLING
+            if not (entry is not None and self._happened(entry)) and self._rests(entry, keeps):
                 return
-            elif keeps:
-                self.state = State.COUPLING
-                return
-            elif self._held:
-                self.state = State.HALTED
-                return
-            elif entry is not None and isinstance(entry.call, Barrier):
-                self._poll(entry.call)
-                return
-            elif entry is not None and isinstance(entry.call, End):  # its pulses are waited for
-                self.state = State.DWELLING
-                return
-            elif entry is not None and self._set_out(entry):
-                self.state = State.MOVING
-                return
-            elif self._at_gate:
-                self.state = State.WAITING
-                return
-            elif self.planner.undecided and self.dialogue.lacks_room and self._buffer.widen():
-                pass
-            elif self.planner.undecided:
+
+    def _kept_from_it(self, keeps: bool) -> bool:
+        """Whether it is not for the program to say what comes next; a belt `keeps` the robot or does not."""
+        if self.guard.alarm is not None:
+            if self.outlet.feed.failure is None and not (keeps and self._hold is not Hold.NONE):
+                raise self.guard.alarm
+            self.state = State.COUPLING  # a belt carries the robot: it comes to rest first
+            return True
+        self._watch()
+        if self._hold in (Hold.STOP, Hold.EMERGENCY):
+            at_rest = State.STOPPED if self._hold is Hold.STOP else State.EMERGENCY
+            self.state = State.COUPLING if keeps else at_rest
+            return True
+        return self._astray()
+
+    def _happened(self, entry: Entry) -> bool:
+        """Do what happens of an entry where the path is; False if nothing does."""
+        if self._search_is_over(entry):
+            self._cut_off(entry)
+        elif (action := self._passing.standing_at(entry)) is not None:
+            self.execution.act(action)
+        elif self._reached(entry):
+            self.execution.blocks.set_out(entry.number)  # where the motion has no length
+            self._execute(entry)
+        else:
+            return False
+        return True
+
+    def _rests(self, entry: Entry | None, keeps: bool) -> bool:
+        """Look further ahead, or set out to an entry, or wait; False if there may be more to do at once."""
+        if self._interpret() or self.planner.plan(self.mover.wanted):
+            return False
+        if self.execution.dwell_until is not None:
+            self.state = State.DWELLING
+        elif keeps:
+            self.state = State.COUPLING
+        elif self._held:
+            self.state = State.HALTED
+        elif entry is not None and isinstance(entry.call, Barrier):
+            self._poll(entry.call)
+        elif entry is not None and isinstance(entry.call, End):  # its pulses are waited for
+            self.state = State.DWELLING
+        elif entry is not None and self._set_out(entry):
+            self.state = State.MOVING
+        elif self._at_gate:
+            self.state = State.WAITING
+        elif self.planner.undecided:
+            if not (self.dialogue.lacks_room and self._buffer.widen()):
                 self.planner.stop()
-            else:
-                self._wait()
-                return
+            return False
+        else:
+            self._wait()
+        return True
 
     def _astray(self) -> bool:
         """Off the frontier of the program, or on the way back from it: True if the path is dealt with."""
