@@ -218,14 +218,14 @@ class McapWriter:
         times, start = struct.pack("<QQ", chunk.first, chunk.last), self._at
         head = times + struct.pack("<QI", len(raw), zlib.crc32(raw)) + _text("lz4")
         head += struct.pack("<Q", len(packed))
-        record = _record(_Op.CHUNK, head + packed)
-        offsets, indexes = b"", b""
+        head = struct.pack("<BQ", _Op.CHUNK, len(head) + len(packed)) + head
+        size, offsets, indexes = len(head) + len(packed), b"", b""
         for channel, places in sorted(chunk.index.items()):
-            offsets += struct.pack("<HQ", channel, start + len(record) + len(indexes))
+            offsets += struct.pack("<HQ", channel, start + size + len(indexes))
             indexes += _record(_Op.MESSAGE_INDEX, struct.pack("<H", channel) + _blob(places))
-        place = struct.pack("<QQ", start, len(record)) + _blob(offsets)
-        sizes = struct.pack("<Q", len(indexes)) + _text("lz4")
-        return record + indexes, times + place + sizes + struct.pack("<QQ", len(packed), len(raw))
+        place = struct.pack("<QQ", start, size) + _blob(offsets)
+        sizes = struct.pack("<Q", len(indexes)) + _text("lz4") + struct.pack("<QQ", len(packed), len(raw))
+        return b"".join((head, packed, indexes)), times + place + sizes
 
     @property
     def closed(self) -> bool:
