@@ -14,7 +14,7 @@ cdef extern from "_columns.h" nogil:
     enum: NODES
     void polynomials(double, double *)
     void sums(const double *, const double *, Py_ssize_t, Py_ssize_t, double *)
-    void evaluated(Py_ssize_t, const double *, const long *, const double *, Py_ssize_t, Py_ssize_t, double *)
+    void evaluated(Py_ssize_t, const double *, const long long *, const double *, Py_ssize_t, Py_ssize_t, double *)
     void weighed(Py_ssize_t, const double *, const double *, Py_ssize_t, double *)
 
 cdef enum:
@@ -93,7 +93,7 @@ def joined(
     const double[:, :, ::1] values,
     const double[:, :, ::1] coefficients,
     const double[::1] last,
-    const long[::1] owner,
+    const long long[::1] owner,
     const unsigned char[::1] given,
     bint at_rest,
     const double[::1] turn,
@@ -206,7 +206,7 @@ def evaluate(
     cdef double x
     cdef int order
     results = []
-    cdef long[::1] cells = np.empty(count, dtype=np.int64)
+    cdef long long[::1] cells = np.empty(count, dtype=np.int64)
     cdef double[:, ::1] bases = np.empty((count, NODES))
     cdef double[:, ::1] values
     for row in range(count):

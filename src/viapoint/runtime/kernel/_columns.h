@@ -42,7 +42,7 @@ static inline void sums(const double *restrict basis, const double *restrict coe
 
 /* Values (n, columns) at n places with these polynomials (n, NODES), each by the table (4, NODES, axes) of its
  * cell, of which `coeffs` is the first one's first column asked for. */
-WIDE static void evaluated(ptrdiff_t n, const double *restrict bases, const long *restrict cells,
+WIDE static void evaluated(ptrdiff_t n, const double *restrict bases, const long long *restrict cells,
                            const double *restrict coeffs, ptrdiff_t axes, ptrdiff_t columns,
                            double *restrict values) {
     for (ptrdiff_t i = 0; i < n; i++)

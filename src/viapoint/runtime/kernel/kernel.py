@@ -205,12 +205,10 @@ class Kernel(Travelling):
                 return
             if self._begin_interrupt():
                 continue
-            if (
-                self.execution.ended and self._interrupted is None
-            ):  # and back where it ended, after a step back
-                self.state = State.FINISHED
-                return
-            if self.execution.ended:
+            if self.execution.ended:  # and back where it ended, after a step back
+                if self._interrupted is None:
+                    self.state = State.FINISHED
+                    return
                 self._end_interrupt()
                 continue
             entry = None if keeps or self.execution.dwell_until is not None else self.execution.front

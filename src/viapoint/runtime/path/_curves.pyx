@@ -29,7 +29,7 @@ cdef struct State:
     double change[3]
 
 
-def sample(list segments, const long[::1] counts, const double[::1] w):
+def sample(list segments, const long long[::1] counts, const double[::1] w):
     """Places w (N,), so many on each segment, to positions (N, 3), quaternions (N, 4), |dp/dw| and |ω| (N, 2)."""
     cdef Py_ssize_t k, row = 0, last = 0, total = w.shape[0]
     cdef const double[::1] segment

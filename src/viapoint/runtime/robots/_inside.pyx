@@ -42,7 +42,7 @@ def distinct(const double[:, ::1] q, const unsigned char[::1] valid):
     cdef double away
     cdef bint met
     numbers = np.empty(q.shape[0], dtype=np.int64)
-    cdef long[::1] rows = numbers
+    cdef long long[::1] rows = numbers
     for row in range(q.shape[0]):
         met = not valid[row]
         for other in range(row):
@@ -59,29 +59,29 @@ def distinct(const double[:, ::1] q, const unsigned char[::1] valid):
 
 
 def turned(
-    const double[:, ::1] q, const long[::1] chosen, const double[::1] lower, const double[::1] upper,
+    const double[:, ::1] q, const long long[::1] chosen, const double[::1] lower, const double[::1] upper,
     const unsigned char[::1] prismatic,
 ):
     """All joints (K, n) that differ from one of the `chosen` rows of q (N, n) by full turns and lie in the
     ranges; and of which row each is (K,).
     """
     cdef Py_ssize_t n = q.shape[1], each, row, k, j, at = 0, total = 0, many
-    cdef long[:, :, ::1] turns = np.empty((chosen.shape[0], 2, n), dtype=np.int64)  # first and last
-    cdef long[::1] now = np.empty(n, dtype=np.int64)
+    cdef long long[:, :, ::1] turns = np.empty((chosen.shape[0], 2, n), dtype=np.int64)  # first and last
+    cdef long long[::1] now = np.empty(n, dtype=np.int64)
     cdef double low, high
     for each in range(chosen.shape[0]):
         row, many = chosen[each], 1
         for k in range(n):
             low, high = lower[k] - q[row, k], upper[k] - q[row, k]
-            turns[each, 0, k] = 0 if prismatic[k] else <long>ceil(low / TURN)
-            turns[each, 1, k] = <long>floor(high / TURN)
+            turns[each, 0, k] = 0 if prismatic[k] else <long long>ceil(low / TURN)
+            turns[each, 1, k] = <long long>floor(high / TURN)
             if prismatic[k]:
                 turns[each, 1, k] = -1 if low > 0.0 or high < 0.0 else 0
             many *= max(turns[each, 1, k] - turns[each, 0, k] + 1, 0)
         total += many
     joints, owners = np.empty((total, n)), np.empty(total, dtype=np.int64)
     cdef double[:, ::1] found = joints
-    cdef long[::1] owner = owners
+    cdef long long[::1] owner = owners
     for each in range(chosen.shape[0]):
         row, many = chosen[each], 1
         for k in range(n):
@@ -105,7 +105,7 @@ def nearest_first(const double[:, ::1] joints, const double[::1] reference, cons
     cdef Py_ssize_t total = joints.shape[0], row, k
     cdef double away, step
     numbers = np.empty(total, dtype=np.int64)
-    cdef long[::1] order = numbers
+    cdef long long[::1] order = numbers
     cdef double[::1] distance = np.empty(total)
     for row in range(total):
         away = 0.0

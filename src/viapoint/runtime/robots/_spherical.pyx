@@ -275,7 +275,7 @@ def configuration(const double[::1] packed, const double[:, ::1] q):
     cdef bint back
     cdef Py_ssize_t row
     result = np.empty(q.shape[0], dtype=np.int64)
-    cdef long[::1] index = result
+    cdef long long[::1] index = result
     for row in range(q.shape[0]):
         at = _angles(&arm, &q[row, 0])
         back = _radial(&arm, &at) < -SHOULDER_SINGULAR

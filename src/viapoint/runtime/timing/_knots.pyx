@@ -52,7 +52,7 @@ def place(double[::1] s, double[::1] t, calm, double[::1] marks, double dt, doub
     places = np.empty(n + 1)
     for k in range(n + 1):
         places[k] = _interpolated(marks[k], s, counter)
-    cdef long[::1] fixed = np.empty(n + 1, dtype=np.int64)
+    cdef long long[::1] fixed = np.empty(n + 1, dtype=np.int64)
     for k in range(n):
         duration, passed = times[k + 1] - times[k], places[k + 1] - places[k]
         most = higher(floor(duration / shortest), 1.0)
@@ -63,7 +63,7 @@ def place(double[::1] s, double[::1] t, calm, double[::1] marks, double dt, doub
         if k == 0 or k == n - 1:
             least = higher(least, 2.0)
         fixed[k] = total
-        total += <long>least
+        total += <long long>least
     fixed[n] = total
     result = np.empty(total + 1)
     at = result
@@ -106,7 +106,7 @@ cdef void _count(
         each_before = each
 
 
-cdef void _smooth(double[::1] knots, const double[::1] marks, const long[::1] fixed) noexcept nogil:
+cdef void _smooth(double[::1] knots, const double[::1] marks, const long long[::1] fixed) noexcept nogil:
     """As `knots._smooth`."""
     cdef Py_ssize_t n = knots.shape[0] - 1, i, k
     cdef double before, now
@@ -186,7 +186,7 @@ def asked(double[::1] knots, double[::1] width, double rest_start, double rest_e
     cdef double inset, first = knots[0] - rest_start, last = knots[n] + rest_end
     places, owners = np.empty(3 * n + 2 * breaks.shape[0]), np.empty(2 * breaks.shape[0], dtype=np.int64)
     cdef double[::1] at = places
-    cdef long[::1] owner = owners
+    cdef long long[::1] owner = owners
     for i in range(n):
         inset = INSET * width[i]
         at[i], at[n + i], at[2 * n + i] = knots[i] + inset, 0.5 * (knots[i] + knots[i + 1]), knots[i + 1] - inset
@@ -204,7 +204,7 @@ def asked(double[::1] knots, double[::1] width, double rest_start, double rest_e
     return places[:total], owners[: total - 3 * n]
 
 
-def on_pieces(double[::1] bounds, long[::1] owner, Py_ssize_t n, bint given):
+def on_pieces(double[::1] bounds, long long[::1] owner, Py_ssize_t n, bint given):
     """As `programmed.on_pieces`."""
     cdef Py_ssize_t i, j, bad = -1
     result = np.empty((3, n))

@@ -23,9 +23,9 @@ def first_samples(double[::1] marks):
     """As `samples.first_samples`."""
     cdef Py_ssize_t pieces = marks.shape[0] - 1, ramp = RAMP.shape[0], total = 2 * ramp + 1, k, i, n = 0
     cdef double span = marks[pieces] - marks[0], near = span / SAMPLES, length, place
-    cdef long[::1] count = np.empty(pieces, dtype=np.int64)
+    cdef long long[::1] count = np.empty(pieces, dtype=np.int64)
     for k in range(pieces):
-        count[k] = <long>higher(ceil((marks[k + 1] - marks[k]) / span * SAMPLES), SAMPLES_PER_PIECE)
+        count[k] = <long long>higher(ceil((marks[k + 1] - marks[k]) / span * SAMPLES), SAMPLES_PER_PIECE)
         total += count[k]
     result = np.empty(total)
     cdef double[::1] s = result
@@ -61,7 +61,7 @@ def dips(double[::1] s, double[::1] logs, double[::1] ceiling, double above):
     cdef bint steep
     between, numbers = np.empty(n * splits), np.empty(n * splits, dtype=np.int64)
     cdef double[::1] places = between
-    cdef long[::1] before = numbers
+    cdef long long[::1] before = numbers
     for i in range(n):
         change = logs[i + 1] - logs[i]
         steep = fabs(change) > above
@@ -74,7 +74,7 @@ def dips(double[::1] s, double[::1] logs, double[::1] ceiling, double above):
     return between[:found], numbers[:found]
 
 
-def merged(rows, more, long[::1] before):
+def merged(rows, more, long long[::1] before):
     """As `samples.merged`."""
     cdef Py_ssize_t n = len(rows), added = len(more), i, j, k = 0, to = 0
     cdef double[:, ::1] old = np.ascontiguousarray(rows).reshape(n, -1)
