@@ -135,7 +135,7 @@ class _Fitting:
         if cells is todo and good.all():
             self.done.append((cells, values, coeffs))
             return []
-        kept, following = self._sorted_out(todo, cells, good, _within(errors, _HOPE * self.tolerance))
+        kept, following = self._sorted_out(todo, cells, good, errors)
         self.done.append(([cells[k] for k in kept], values[kept], coeffs[kept]))
         return following
 
@@ -147,10 +147,11 @@ class _Fitting:
                 good[k] = _within(errors[:, k], min(rounding, _MOST_ROUNDING))
 
     def _sorted_out(
-        self, todo: Sequence[Cell], cells: Sequence[Cell], good: Bools, hopeful: Bools
+        self, todo: Sequence[Cell], cells: Sequence[Cell], good: Bools, errors: Floats
     ) -> tuple[list[int], list[Cell]]:
         """Which of the cells looked at are kept, and what is to be looked at next, both ascending."""
         places = {cell: k for k, cell in enumerate(cells)}
+        hopeful = _within(errors, _HOPE * self.tolerance)
         kept: list[int] = []
         following: list[Cell] = []
         asked = list(todo)
@@ -161,18 +162,19 @@ class _Fitting:
             elif good[k]:
                 kept.append(k)
             else:
-                self._require_hope(cell)
+                self._require_hope(cell, float(errors[0, k]))
                 asked += cell.halves()
                 if not hopeful[k]:
                     self.doubtful.update(cell.halves())
         return sorted(kept), sorted(following)
 
-    def _require_hope(self, cell: Cell) -> None:
-        """Smaller cells may converge; raises what is to be said where they may not."""
+    def _require_hope(self, cell: Cell, error: float) -> None:
+        """Smaller cells than this one may converge, of this error; raises what is to be said where not."""
         stretch, span = self.stretches[cell.span], self.spans[cell.span]
         if stretch.curve.space is not Space.POSE:
             return
-        if not self.patient and cell.depth >= _ORDINARY_HALVINGS:
+        halvings = _ORDINARY_HALVINGS - cell.depth
+        if not self.patient and (halvings <= 0 or error > self.tolerance * _HOPE**halvings):
             raise NearSingular(before=cell.span)
         if cell.width >= _VANISHING_CELL:
             return
