@@ -90,8 +90,8 @@ def test_interrupted_anywhere_it_is_whole_once_closed(make_run, seed: int, tmp_p
     """A second Ctrl-C may come between any two lines of the recorder; whole blocks before it stay."""
     run, path = make_run(6500), tmp_path / "run.mcap"
     recorder, windows = Recorder(path, run.info), run.windows(500)
-    for window in itertools.islice(windows, 5):
-        recorder.window(window)
+    for window in itertools.islice(windows, 6):
+        recorder.window(replace(window, actual=window.joints))
     lines = random.Random(seed).randint(1, 700)
     print(f"seed {seed}: after {lines} lines")
 
@@ -114,9 +114,10 @@ def test_interrupted_anywhere_it_is_whole_once_closed(make_run, seed: int, tmp_p
     recording = load_recording(path)
     assert recording.problem is None
     assert recording.result == {"status": "stopped"}
-    joints = recording.trace.joints
+    joints, actual = recording.trace.joints, recording.trace.actual
     assert len(joints) >= 2000
     np.testing.assert_array_equal(joints, run.window.joints[: len(joints)])
+    np.testing.assert_array_equal(actual, joints)
     assert len(decoded(path)["/trace"]) == math.ceil(len(joints) / 2000)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields as dataclass_fields
-from functools import cache
+from functools import lru_cache
 from operator import attrgetter
 from typing import Any, Final, NamedTuple
 
@@ -53,7 +53,7 @@ class _Layout(NamedTuple):
     size: int
 
 
-@cache
+@lru_cache(maxsize=16)
 def _layout(head: int, ticks: int, widths: tuple[int, ...]) -> _Layout:
     """`widths` as the columns of `_ALL`; 0: absent."""
     places, at, ends = {}, head, []
@@ -107,16 +107,17 @@ class Block:
 
     def column(self, name: str) -> npt.NDArray[Any]:
         """The column so far."""
-        if name == "actual" and not self._apart:
-            name = "joints"
+        return self._stored("joints" if name == "actual" and not self._apart else name)
+
+    def _stored(self, name: str) -> npt.NDArray[Any]:
         _, start, kind, shape = self._layout.places[name]
         return np.ndarray((self._count, *shape[1:]), kind, self._message, start)
 
     def take(self, window: Window, start: int, count: int) -> None:
         """So many ticks of a window, from its row `start` on."""
         if not self._apart and window.actual is not window.joints:
+            self._stored("actual")[:] = self._stored("joints")
             self._apart = True
-            self.column("actual")[:] = self.column("joints")
         values = (_values_all if self._apart else _values_sent)(window)
         module = core.chosen("recording._core")
         filled = fill if module is None else module.fill
