@@ -88,6 +88,51 @@ def test_a_frame_that_stands_is_not_the_one_that_goes_with_the_base() -> None:
     assert reached == pytest.approx([1.5, 1.0])
 
 
+ZONES = """
+[[tools]]
+index = 1
+xyz = [100, 0, 40]
+abc = [0, 20, 0]
+[[zones]]
+name = "left"
+kind = "exclusive"
+corner_1 = [1300, 80, 1000]
+corner_2 = [1900, 600, 2300]
+[[zones]]
+name = "low"
+kind = "exclusive"
+corner_1 = [1300, -600, 900]
+corner_2 = [1900, 600, 1640]
+"""
+TOOLED = """
+  ML X=1480 Y=200 Z=1700 T1 F500 R30
+  ML X=1400 Y=-250 Z=1650 T1 F700
+  MJ X=1500 Y=0 Z=1800 A=0 B=90 C=0 F80
+"""
+
+
+def test_what_is_remembered_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Under overrides that change, with two tools, through exclusive zones."""
+    cell = parse_cell(CELL + ZONES)
+    program = compile_text(START + CYCLE + TOOLED + "GOTO AGAIN 4\n", cell=cell)
+    found = []
+    for find in (Memo.find, lambda memo, key: None):
+        monkeypatch.setattr(Memo, "find", find)
+        session, rows = Session(cell, program, window=50), []
+        overrides = [(9000, 0.7), (8500, 0.3), (6000, 1.0), (1000, 0.7)]
+        for window in session.run():
+            rows.append(window.joints)
+            if overrides and session.kernel.tick >= overrides[-1][0]:
+                session.set_override(overrides.pop()[1])
+        assert not overrides
+        assert session.failure is None
+        found.append((np.concatenate(rows), [(e.tick, e.line, e.kind) for e in session.events]))
+    (remembered, told), (computed, as_computed) = found
+    assert told == as_computed
+    assert sum(kind == "zone" for *_, kind in told) >= 16
+    assert np.abs(remembered - computed).max() < 1e-9
+
+
 def test_a_memo_forgets_what_was_not_asked_for_lately() -> None:
     computed: list[int] = []
 
