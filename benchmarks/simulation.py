@@ -2,7 +2,8 @@
 
 Per program, with the compiled core and with its numpy twin, with and without a recording: times real time
 (by wall clock and by CPU time), ticks per second, CPU milliseconds of planning per block (median, p99,
-worst) and the longest single call of the planner or of the time law. The best of some runs counts.
+worst) and the longest single call of the planner or of the time law. The best of some runs counts, each
+from the making of its session to its end or, recording, to the closed file.
 
 The first line says how fast the machine is; figures of two machines compare by it. The contours and the
 pick-and-place are judged as programs are run. The short lines have no goal but that of planning: a block that
@@ -18,7 +19,7 @@ import random
 import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import probe
@@ -118,10 +119,14 @@ def _once(job: Job, recorded: bool) -> probe.Cost:
             job.cell, job.program, scenario=job.scenario, max_time=job.max_time, listeners=listeners
         )
 
-    if not recorded:
-        return probe.run(session(()))
-    with tempfile.TemporaryDirectory() as folder, recorder(job, Path(folder) / "run.mcap") as listener:
-        return probe.run(session((listener,)))
+    with tempfile.TemporaryDirectory() as folder:
+        wall, cpu = time.perf_counter(), time.process_time()
+        if recorded:
+            with recorder(job, Path(folder) / "run.mcap") as listener:
+                cost = probe.run(session((listener,)))
+        else:
+            cost = probe.run(session(()))
+        return replace(cost, wall=time.perf_counter() - wall, cpu=time.process_time() - cpu)
 
 
 def row(job: Job, core_name: str, recorded: bool, cost: probe.Cost) -> str:

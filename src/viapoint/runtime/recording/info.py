@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
 import numpy as np
@@ -56,8 +56,8 @@ class RunInfo:
             "path_speed": repr(self.path_speed),
             "seed": str(self.seed),
             "command_line": self.command_line,
-            "axes": json.dumps([asdict(axis) for axis in self.axes]),
-            "auxiliary": json.dumps([asdict(axis) for axis in self.auxiliary]),
+            "axes": json.dumps([_plain(axis) for axis in self.axes]),
+            "auxiliary": json.dumps([_plain(axis) for axis in self.auxiliary]),
             "versions": json.dumps(dict(self.versions), sort_keys=True),
         }
 
@@ -81,6 +81,13 @@ class RunInfo:
             command_line=entries["command_line"],
             versions=json.loads(entries["versions"]),
         )
+
+
+_AXIS_FIELDS = tuple(each.name for each in fields(Axis))
+
+
+def _plain(axis: Axis) -> dict[str, str | float]:
+    return {name: getattr(axis, name) for name in _AXIS_FIELDS}
 
 
 class Skeleton(Protocol):
