@@ -427,3 +427,6 @@ CODES_BEFORE_DIGITS: Final = frozenset(
     }
 )
 """A name made of one of these and digits is refused: P1, DI3, J4."""
+
+BARE_CODES: Final = frozenset(p.code for m in MOTIONS for p in m.parameters)
+"""A single one of these is a parameter without its value rather than the name of a point."""

@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from viapoint.language import tree
-from viapoint.language.commands import ERRNO, FOUND, INDEX, MOTIONS, NUMBERS, SIGNALS, TRUTHS
+from viapoint.language.commands import BARE_CODES, ERRNO, FOUND, INDEX, NUMBERS, SIGNALS, TRUTHS
 from viapoint.language.lexical import is_cell_name
 from viapoint.language.rules import SEARCH, grammar_text, rule_of, starts
 
@@ -218,7 +218,7 @@ class Actions:
             if before.end == after.start:
                 raise missing_blank(after.start, after.end)
         for each in children:
-            if each.name is not None and each.key == "P" and each.name.upper() in _BARE_CODES:
+            if each.name is not None and each.key == "P" and each.name.upper() in BARE_CODES:
                 raise Unexpected(each.start)
         return children
 
@@ -341,10 +341,6 @@ def _signal(word: Token, start: int, end: int, value: float, whole_end: int) -> 
     first = word.start_pos or 0
     made = tree.Signal(first, whole_end, word.upper(), int(value))
     return Part(first, whole_end, None, made, 0)
-
-
-_BARE_CODES: Final = frozenset(p.code for m in MOTIONS for p in m.parameters)
-"""A single one of these is a parameter without its value rather than the name of a point."""
 
 
 def _free(name: Token) -> Token:

@@ -218,6 +218,14 @@ def test_a_faulty_entry_of_a_list_does_not_hide_the_others() -> None:
         (ROBOT + "[variables]\nx = nan", "E275"),
         (ROBOT + "[variables]\nx = 1\nX = 2", "E277"),
         (ROBOT + '[variables]\nx = 1\n[io]\nnames = { level = "$x" }', "E278"),
+        (ROBOT + '[points]\nP1 = { name = "home", j = [0, 0, 0, 0, 0, 0] }', "E275"),
+        (ROBOT + '[points]\nP1 = { name = "A", j = [0, 0, 0, 0, 0, 0] }', "E275"),
+        (ROBOT + '[io]\nnames = { wait = "DO1" }', "E275"),
+        (
+            ROBOT + "[points]\n"
+            'P1 = { name = "pick", j = [0, 0, 0, 0, 0, 0] }\nP2 = { name = "PICK", j = [9, 0, 0, 0, 0, 0] }',
+            "E277",
+        ),
         (ROBOT + "tools = 3", "E272"),
         ("tools = 3\n" + ROBOT, "E274"),
         ('[robot]\nmodel = "arms/none.toml"', "E270"),

@@ -9,6 +9,8 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from viapoint.language.diagnostics import Diagnostic
+from viapoint.language.lexical import is_keyword
+from viapoint.language.tree import name_key
 from viapoint.language.units import DEG, MM
 from viapoint.runtime.cell.model import Floats
 from viapoint.runtime.documents import Document, Fault, Key
@@ -114,8 +116,9 @@ class Checker:
         if name is None:
             return
         self.check_name(key, name)
-        if names.setdefault(name, index) != index:
-            self.fault(Fault.DUPLICATE, key, f"the name {name} is used twice, by {names[name]} and {index}")
+        if names.setdefault(name_key(name), index) != index:
+            other = names[name_key(name)]
+            self.fault(Fault.DUPLICATE, key, f"the name {name} is used twice, by {other} and {index}")
 
     def check_name(self, key: Key, name: str) -> None:
         """A name is a letter, then letters, digits and _, and not a code followed by digits."""
@@ -126,6 +129,12 @@ class Checker:
                 f"{name!r} cannot be a name",
                 "a letter, then letters, digits or _; not a code and a number such as P1",
             )
+
+    def check_word(self, key: Key, name: str | None, codes: Collection[str] = ()) -> None:
+        """What a program calls by its name must not be a word of the language, nor one of the codes."""
+        if name is not None and (is_keyword(name) or name.upper() in codes):
+            meant = "a parameter without its value" if name.upper() in codes else "a word of the language"
+            self.fault(Fault.DOMAIN, key, f"{name!r} cannot be a name: a program reads it as {meant}")
 
 
 def joint_units(robot: Robot) -> Floats:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from viapoint.language.commands import BARE_CODES
 from viapoint.language.units import DEG, MM
 from viapoint.runtime.cell.checking import Checker
 from viapoint.runtime.cell.model import (
@@ -50,7 +51,8 @@ def build_points(
         here: Key = ("points", key)
         found = _POINT.fullmatch(key)
         if found is None:
-            check.fault(Fault.UNKNOWN_KEY, here, f"unknown key points.{key}", "points are named P0, P1, P2 …")
+            hint = f'keys are P0, P1, P2 …; write `P1 = {{ name = "{key}", …`, with a number that is free'
+            check.fault(Fault.UNKNOWN_KEY, here, f"unknown key points.{key}", hint)
             continue
         index = int(found[1])
         points[index] = Point(
@@ -62,6 +64,7 @@ def build_points(
             live=section.live,
         )
         check.unique_name((*here, "name"), section.name, index, names)
+        check.check_word((*here, "name"), section.name, BARE_CODES)
     return points
 
 

@@ -47,6 +47,7 @@ def build_io(check: Checker, section: IoSection, variables: Mapping[str, bool | 
     names: dict[str, Signal] = {}
     for name, text in section.names.items():
         check.check_name(("io", "names", name), name)
+        check.check_word(("io", "names", name), name)
         if text.startswith("$"):
             message = f"{text} has its name already: only signals are named here"
             check.fault(Fault.REFERENCE, ("io", "names", name), message)
