@@ -54,7 +54,8 @@ MOST_NODES: Final = 10_000
 """Places to stand at that are looked at; beyond them ways are cut off."""
 
 MOST_PLANNED: Final = 20_000
-"""Motions and actions that are planned in all, at some milliseconds each; beyond them ways are cut off."""
+"""Motions and actions that are planned in all, at some milliseconds each; beyond them ways are cut off. In a
+program of more bytes of code there are so many: it is planned some ten times over."""
 
 MOST_CALLS: Final = 200_000
 """Motions and actions between two places to stand at."""
@@ -163,6 +164,7 @@ class _Surveyor:
         self._numbers: dict[Hashable, int] = {}
         self._waiting: deque[_Node] = deque()
         self._planned = planned
+        self._most = max(MOST_PLANNED, len(program.code))
         self._cost = 0
         self._begin = Machine(program, _List(), Answers(cell, ()), max_cycles=passes)
 
@@ -268,7 +270,7 @@ class _Surveyor:
         if (known := self._planned.get(key)) is not None:
             return known
         self._cost += len(calls)
-        if self._cost > MOST_PLANNED:
+        if self._cost > self._most:
             return None
         known = self._planned[key] = forecast(self._cell, rest, calls)
         return known

@@ -424,3 +424,13 @@ def test_what_handles_errors_is_planned_for_the_errors_it_asks_for(cli, tmp_path
         ("E303", 9),
         ("E303", 11),
     ]
+
+
+def test_a_long_program_is_planned_to_its_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The bound is for ways that are too many, not for a program that is long."""
+    monkeypatch.setattr("viapoint.surveying.MOST_PLANNED", 5)
+    cell = parse_cell(ARM)
+    lines = [f"MJ J1={k % 3} J2={k % 5} F90" for k in range(40)]
+    found = survey(compile_text("\n".join(lines), "long", cell).program, cell)
+    assert found.cut_at is None
+    assert [block.line for block in blocks_of(found)] == list(range(1, 41))

@@ -198,3 +198,14 @@ def test_what_cannot_be_timed_is_refused() -> None:
     jumping = Jumping(good.rate, good.amplitude, good.frequency, good.phase)
     with pytest.raises(TimingError, match="jump"):
         plan(jumping, lim, constant(1.0), s_start=0.0, s_end=1.0, tick=1e-3)
+
+
+def test_the_inverse_of_a_law_takes_few_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also at knots, where it lies at the end of a bracket, and no further than rounding goes."""
+    curve = random_waves(12, 3, 1.0)
+    law = plan(curve, limits(3, 2.0, 8.0, 200.0), constant(0.5), s_start=0.0, s_end=1.0, tick=1e-3)
+    s = np.concatenate((np.linspace(0.02, 0.98, 997), law.s[(law.s > 0.02) & (law.s < 0.98)]))
+    times = law.time_of(s)
+    monkeypatch.setattr("viapoint.runtime.timing.law._INVERSE_STEPS", 20)
+    assert np.array_equal(law.time_of(s), times)
+    assert np.abs(law.at(times)[0] - s).max() < 1e-15

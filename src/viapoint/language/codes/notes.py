@@ -87,9 +87,9 @@ ENTRIES: Final[tuple[Entry, ...]] = (
         "I601",
         "not every way was planned",
         """`check` follows both answers of every read, and plans on from every place the robot may then be in.
-        Where that becomes too much (10000 different places to stand at, 20000 motions and actions, or 10
-        reads in one place) it plans on no further. A run finds what is wrong there, before the robot moves
-        there.""",
+        Where that becomes too much (10000 different places to stand at, 20000 motions and actions, or some
+        ten times those of a long program, or 10 reads in one place) it plans on no further. A run finds what
+        is wrong there, before the robot moves there.""",
         Example(
             program="LOOP:\nMJ J1=10 F50\nMJ J1=0\nWAIT 0.1\nGOTO LOOP 20000\n",
             cell='[robot]\nmodel = "frigeni6"\n',

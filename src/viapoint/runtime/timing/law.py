@@ -29,6 +29,14 @@ _KEPT: Final = 0.05
 _INVERSE_STEPS: Final = 60
 """Halvings that bring any bracket below the resolution of a float; Newton needs 4 to 6 of them."""
 
+_SETTLED: Final = 1e-12
+_NEARLY: Final = 1e-9
+"""Steps, as parts of a piece, at which an inverse is found: the larger one if it moves s by no more than
+`_RESOLUTION` of s. From there on Newton's method only follows rounding, for ever if it may.
+"""
+
+_RESOLUTION: Final = 2e-15
+
 
 Knots = tuple[Floats, Floats, Floats, Floats]
 """t (from the first knot), s, ṡ and s̈ at the knots of a stretch of law."""
@@ -173,12 +181,15 @@ def _solve(c: Floats, s: Floats, low: Floats, high: Floats) -> Floats:
     u = 0.5 * (low + high)
     for _ in range(_INVERSE_STEPS):
         value, slope, _ = _horner(c, u)
-        above = value > s
+        above, rises = value > s, slope > 0.0
         low, high = np.where(above, low, u), np.where(above, u, high)
-        newton = u - (value - s) / np.where(slope > 0.0, slope, np.inf)
-        inside = (newton > low) & (newton < high)
-        following = np.where(inside, newton, 0.5 * (low + high))
-        if np.all(following == u):
-            break
+        newton = u - (value - s) / np.where(rises, slope, np.inf)
+        nearest = np.clip(newton, low, high)  # at an end, but for rounding
+        inside = rises & (np.abs(newton - nearest) <= _NEARLY)
+        following = np.where(inside, nearest, 0.5 * (low + high))
+        step = np.abs(following - u)
+        settled = (step <= _SETTLED) | ((step <= _NEARLY) & (step * slope <= _RESOLUTION * (1.0 + np.abs(s))))
         u = following
+        if settled.all():
+            break
     return u
