@@ -46,6 +46,12 @@ def test_a_motion_that_cannot_be_run(statement: str, codes: set[str]) -> None:
     assert_done_before(done)
 
 
+def test_a_circle_through_one_point() -> None:
+    """Start, Q and target are the same numbers to the last bit."""
+    done = run("MJ P1 F90\nML P2\nML P3\nMC P3 Q3\n")
+    assert (done.status, done.code, done.failed_line) == ("error", "E306", 4)
+
+
 def test_reach_lost_in_the_middle_of_a_line() -> None:
     """Both ends can be reached; between them the wrist would come too close to the shoulder."""
     ends = "MJ X=500 Y=-900 Z=1086 A=0 B=90 C=0 F90\n"

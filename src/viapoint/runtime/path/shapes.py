@@ -76,7 +76,7 @@ def _arc(move: Move) -> tuple[Arc, float, float]:
     to_via, to_target = p1 - p0, p2 - p0
     normal = cross(to_via, to_target)
     area = norm(normal)
-    if area < LOWEST_TRIANGLE * max(norm(v) for v in (to_via, to_target, p2 - p1)):
+    if area <= LOWEST_TRIANGLE * max(norm(v) for v in (to_via, to_target, p2 - p1)):
         raise GeometryError("E306", "start, Q and target of the circle lie on one line or coincide")
     normal = normal / area
     # The centre from the two chords; the same point as F 5-22 with fewer products of large coordinates.
