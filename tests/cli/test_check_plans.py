@@ -90,6 +90,19 @@ def test_blocks_take_what_they_take_in_a_run(name: str) -> None:
         assert mine.limited_by == real.data["limited_by"]
 
 
+def test_the_filter_takes_its_time_in_a_check_too(cli, tmp_path: Path) -> None:
+    """It settles at every stop, and makes the corners that are run through half its length late."""
+    text = (FILES / "cell.toml").read_text() + "\n[controller]\nfilter = { ticks = 60, sigma = 0.4 }\n"
+    program = "MJ P1 F60\nML P2 F300 R40\nML P3\nWAIT 0.05\nML P1\n"
+    found = report(cli, program, tmp_path, text)
+    cell = parse_cell(text)
+    session = Session(cell, loaded(program, cell))
+    run = blocks_run(session)
+    assert found["cycles"][0]["longest_s"] == pytest.approx(session.kernel.tick * cell.tick, abs=1e-9)
+    planned = [row["time_s"] for row in found["statements"] if row["command"] != "WAIT"]
+    assert planned == pytest.approx([event.data["t_end"] - event.t for event in run], abs=2.5 * cell.tick)
+
+
 def test_cycle_time_lies_between_the_runs_of_both_branches(cli) -> None:
     cell = cell_of()
     (cycle,) = json.loads(cli("check", "part.via", "--cell", "cell.toml", "--format", "json").out)["cycles"]

@@ -225,6 +225,8 @@ class _Forecaster:
         arrives = law.s_end <= place + _ARRIVED
         time = law.t_end if arrives else float(law.time_of(place))
         self._tick = max(self._tick, math.ceil(time / step - _ROUNDING))
+        if arrives:  # the next law begins when the filter has settled
+            self._tick += self._cell.filter.ticks
         mover.s = law.s_end if arrives else float(law.at(np.array([self._tick * step]))[0][0])
         if arrives and law.s_end < place - _ARRIVED:
             mover.law = None
@@ -234,7 +236,8 @@ class _Forecaster:
         self, number: int, motion: Motion, place: float, law: TimeLaw | None, *, from_rest: bool
     ) -> None:
         begin, s = self._begin
-        self._begin = (self._tick, place)
+        passed = self._passed(law)
+        self._begin = (passed, place)
         if law is None or place <= s:  # a motion of no length
             self._blocks.append(BlockForecast.of_nothing(number, motion))
             return
@@ -246,7 +249,7 @@ class _Forecaster:
                 number=number,
                 line=motion.line,
                 command=motion.kind.value,
-                seconds=(self._tick - begin) * self._cell.tick,
+                seconds=(passed - begin) * self._cell.tick,
                 length=seen.length,
                 peak=seen.peak,
                 limited_by=self._mover.limiters.longest(self._mover.law, begin, self._tick),
@@ -258,6 +261,12 @@ class _Forecaster:
                 joints=None if self._track is None else self._course.joints(s, place),
             )
         )
+
+    def _passed(self, law: TimeLaw | None) -> int:
+        """The tick in which a block ends: set points are sent half the filter late on the way."""
+        if law is None or self._mover.s >= law.s_end:
+            return self._tick
+        return self._tick + math.ceil(0.5 * self._cell.filter.ticks)
 
 
 def _nobody(event: Event) -> None:
