@@ -160,6 +160,11 @@ def test_a_tool_that_leans_too_far() -> None:
     assert Run("MJ J6=120 F50\nMJ J5=60.01\n", CONE, robot=DOWN).failure is None
 
 
+def test_a_place_in_a_turn_is_its_share() -> None:
+    run = Run("MJ X=1500 Y=0 Z=1500 A=0 B=90 C=0 F50\nML B=50\n", CONE, robot=DOWN)
+    assert re.search(r"cone after \d+% of the path, with the TCP at X=1500\.0 ", run.message)
+
+
 def test_a_round_edge_may_cut_into_a_zone_that_its_lines_avoid() -> None:
     corner = BEFORE + "ML Y=0 R{R} F200\nML X=1900\n"
     cell = zone("forbidden", [1560, -300, 0], [1700, -160, 1540])

@@ -44,6 +44,9 @@ _HINTS: Final = {
     Rule.CONE: "keep the tool upright on the way, or widen the orientation cone",
 }
 
+_TURNS_IN_PLACE: Final = 1e-6
+"""m of path below which a motion only turns, and places on it are named by their share alone."""
+
 _DEPTH_SAMPLES: Final = 513
 """Places looked at to say how deep a violation gets."""
 
@@ -167,7 +170,9 @@ class PathGuard:
         joints = course.joints(np.linspace(row, last, _DEPTH_SAMPLES).round().astype(np.int64))
         deepest = self._monitor.deepest(violation, joints, tool)
         done, length = course.lengths(row)
-        way = f"{done / MM:.1f} of {length / MM:.1f} mm ({course.share(row):.0%})"
+        share = f"{course.share(row):.0%}"
+        turns = length < _TURNS_IN_PLACE
+        way = share if turns else f"{done / MM:.1f} of {length / MM:.1f} mm ({share})"
         kind = "joint move" if stretch.curve.space is Space.JOINT else "path"
         what = "round edge" if stretch.curve.is_edge else kind
         message = f"{violation} after {way} of the {what}, {self._where(joints[0], tool)}"
