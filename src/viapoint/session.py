@@ -396,7 +396,7 @@ class Session:
 
 def _require(override: float, window: int, max_time: float | None, keep: int | None) -> None:
     if not 0.0 < override <= 1.0:
-        raise ValueError(f"an override of {override!r} is not in 0 … 1")
+        raise ValueError(f"an override of {override!r} is not above 0 and at most 1")
     if window < 1:
         raise ValueError(f"a window of {window!r} ticks holds none")
     if max_time is not None and not (math.isfinite(max_time) and max_time >= 0.0):
