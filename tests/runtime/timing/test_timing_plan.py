@@ -209,3 +209,15 @@ def test_the_inverse_of_a_law_takes_few_steps(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr("viapoint.runtime.timing.law._INVERSE_STEPS", 20)
     assert np.array_equal(law.time_of(s), times)
     assert np.abs(law.at(times)[0] - s).max() < 1e-15
+
+
+def test_a_motion_for_hours_is_refused_before_it_takes_all_memory() -> None:
+    with pytest.raises(TimingError, match="hours"):
+        plan(
+            random_waves(13, 3, 1.0),
+            limits(3, 2.0, 8.0, 1e-12),
+            constant(0.5),
+            s_start=0.0,
+            s_end=1.0,
+            tick=1e-3,
+        )

@@ -39,6 +39,9 @@ _PIECES: Final = 24
 
 FEWEST: Final = 8
 
+MOST: Final = 500_000
+"""Knots of a section whose speed changes for hours: more would take more memory than there is."""
+
 PIECES_PER_EDGE: Final = 6
 """Pieces between two breaks: a round edge's acceleration turns once, its jerk three times."""
 

@@ -195,7 +195,13 @@ def _marks(breaks: Breaks, first: float, ask: Request, est: Estimate, length: fl
 
 
 def _knots(ask: Request, est: Estimate, marks: Floats) -> Floats:
-    return chosen().place(est.s, est.t, est.calm, marks, knotting.spacing(est, ask.tick), ask.tick)
+    dt = knotting.spacing(est, ask.tick)
+    changing = float(np.diff(est.t)[~est.calm[1:]].sum())
+    if changing > knotting.MOST * dt:
+        hours = float(est.t[-1]) / 3600.0
+        what = f"it would take some {hours:.3g} hours: a limit of acceleration or jerk is too small for it"
+        raise TimingError(what, float(marks[0]))
+    return chosen().place(est.s, est.t, est.calm, marks, dt, ask.tick)
 
 
 def _guess(est: Estimate, spline: Spline) -> Floats:
